@@ -38,7 +38,7 @@ std::vector<float> stored_values(const Subject& subject, const Truth& truth, con
     const auto value = [&](int x, int y) -> float {
         const float part = std::ldexp(unit(random), -bits(random));
         if (metric)
-            return std::ldexp(unit(random), bits(random) - 10);
+            return std::copysign(std::ldexp(unit(random), bits(random) - 10), static_cast<float>(subject.camera.scale));
         switch (kind(random)) {
         case 0:
         case 1:

@@ -70,6 +70,15 @@ std::vector<Subject> of_every_measure() {
     add("inverse range along rays of a centre ahead", encoded(ahead, inverse_range), Along::ray, 0, false);
     add("linear along tilted rays", encoded(tilt, linear), Along::ray, 0, false);
     add("ray distance from the near plane", encoded(ray_distance), Along::axis, 0, true);
+    add("view-z backwards", encoded(view_z, -0.001), Along::axis, 0, false);
+    add("view-z backwards, orthographic", encoded(named(from_orthographic({-5, 7, -4, 3}, {-3, 100}), ""), view_z, -1),
+        Along::axis, 0, false);
+    add("ray distance backwards", encoded(ray_distance, -0.3), Along::axis, 0, false);
+    add("ray distance backwards from the near plane", encoded(ray_distance, -0.001), Along::axis, 0, true);
+    add("inverse backwards", encoded(inverse, -0.001), Along::axis, 0, false);
+    add("inverse backwards, offset", encoded(inverse, -351.3), Along::axis, -1092.5, false);
+    add("inverse backwards along the ray", encoded(inverse, -0.001), Along::ray, 0, false);
+    add("inverse backwards with an offset along the ray", encoded(inverse, -80), Along::ray, -250, false);
     return subjects;
 }
 

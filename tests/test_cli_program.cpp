@@ -602,7 +602,7 @@ TEST_CASE("program: without a linker PoCL runs the kernels that it has, and one 
     Arguments normals = linearize.arguments;
     normals.front() = "normals";
     check_refused(without(normals), 3, line); // a kernel that is not there yet
-    Arguments floats = linearize.arguments; // other choices of a kernel that is there
+    Arguments floats = linearize.arguments;   // other choices of a kernel that is there
     floats[1] = depth_file(folder, "depth.pfm");
     check_refused(without(floats), 3, line);
 }
@@ -619,7 +619,8 @@ TEST_CASE("program: want of room is not called want of a device") {
     fs::create_directory(full);
     const Arguments on_full_disk{
         "sh", "-c",
-        R"(mount -t tmpfs -o nr_inodes=3 none "$0" && touch "$0/a" "$0/b" && POCL_CACHE_DIR=$0/kernels exec "$@")", full};
+        R"(mount -t tmpfs -o nr_inodes=3 none "$0" && touch "$0/a" "$0/b" && POCL_CACHE_DIR=$0/kernels exec "$@")",
+        full};
     const Outcome outcome = linearize.with({}, joined(alone, on_full_disk));
     check_refused(outcome, 1, full + "/kernels, where nothing can be written (No space left on device)");
     CHECK(!contains(outcome.err, "device answers"));

@@ -42,6 +42,58 @@ std::vector<Element> image(double (*stored)(double z)) {
     return values;
 }
 
+// Surfaces that a camera sees straight on: its distance along the axis where the ray (x, y, 1) meets the first of them, y down.
+struct StraightOn {
+    struct Box {
+        Eigen::Vector3d low, high;
+    };
+    std::vector<Box> boxes;
+    double wall = std::numeric_limits<double>::infinity(), floor = wall; ///< how far ahead, and how far below
+
+    double operator()(double x, double y) const {
+        double nearest = std::min(wall, y > 0 ? floor / y : wall);
+        const Eigen::Vector3d ray(x, y, 1);
+        for (const Box& box : boxes) {
+            const Eigen::Array3d a = box.low.array() / ray.array(), b = box.high.array() / ray.array();
+            const double enters = a.min(b).maxCoeff(), leaves = a.max(b).minCoeff();
+            if (enters > 0 && enters < leaves)
+                nearest = std::min(nearest, enters);
+        }
+        return nearest;
+    }
+};
+
+StraightOn straight_on(const std::string& kind, double right, double bottom, std::mt19937& random) {
+    const auto number = [&](double low, double high) { return std::uniform_real_distribution(low, high)(random); };
+    const double z = number(0.5, 20), width = 2 * right * z, height = 2 * bottom * z, wide = 1e3 * z;
+    StraightOn scene;
+    if (kind != "street")
+        scene.wall = z;
+    if (kind == "room" || kind == "street")
+        scene.floor = number(0.2, 0.5) * bottom * z;
+    const auto add = [&](Eigen::Vector3d low, Eigen::Vector3d high) { scene.boxes.push_back({low, high}); };
+    const int boxes = kind == "table" ? 2 : kind == "wall" ? 0 : 12;
+    if (kind == "steps")
+        for (int i = 0; i < 6; ++i)
+            add({-wide, height * (0.4 - 0.12 * i), z * (0.5 + 0.06 * i)}, {wide, wide, wide});
+    else if (kind == "shelves")
+        for (int i = 0; i < 4; ++i) {
+            const double y = height * (-0.3 + 0.25 * i);
+            add({-wide, y, 0.8 * z}, {wide, y + 0.02 * z, z});
+            for (double x = -0.5 * width; x < 0.5 * width;) {
+                const double thickness = number(0.03, 0.1) * z;
+                add({x, y - number(0.1, 0.22) * height, number(0.82, 0.9) * z}, {x + thickness, y, z});
+                x += thickness;
+            }
+        }
+    else
+        for (int i = 0; i < boxes; ++i) {
+            const double near = number(0.6, 0.95) * z, x = number(-0.5, 0.4) * width, y = number(-0.5, 0.4) * height;
+            add({x, y, near}, {x + number(0.1, 0.3) * width, y + number(0.1, 0.3) * height, z});
+        }
+    return scene;
+}
+
 // Both give one sentence with these words.
 void check_told(const Camera& camera, const HostDepth& stored, const std::string& words) {
     for (const auto& ask : {depth_doubts, depth_doubts_of_sample}) {
@@ -162,4 +214,126 @@ TEST_CASE("doubts: a sample of 1080p takes at most a millisecond", "[doubts][slo
         std::cout << each.name << ", 1080p: " << 1e3 * some << " ms a sample, " << 1e3 * all << " ms all\n";
         CHECK(some <= 1e-3);
     }
+}
+
+TEST_CASE("doubts: surfaces seen straight on tell distances along the ray from those along the axis", "[doubts]") {
+    constexpr int columns = 300, rows = 220;
+    std::mt19937 random(1);
+    std::size_t scenes = 0;
+    for (const std::string kind : {"wall", "table", "boxes", "room", "street", "steps", "shelves"}) {
+        int missed = 0;
+        for (const double fov : {45, 60, 75, 90, 110, 45, 60, 75, 90, 110}) {
+            INFO(kind << ", " << fov << " degrees, scene " << scenes++);
+            const double right = std::tan(fov * std::numbers::pi / 360), bottom = right * rows / columns;
+            const StraightOn scene = straight_on(kind, right, bottom, random);
+            std::vector<float> axis, ray;
+            for (int i = 0; i < columns * rows; ++i) {
+                const double x = right * (2 * (i % columns + 0.5) / columns - 1),
+                             y = bottom * (2 * (i / columns + 0.5) / rows - 1), z = scene(x, y);
+                axis.push_back(static_cast<float>(z));
+                ray.push_back(static_cast<float>(z * std::sqrt(1 + x * x + y * y)));
+            }
+            Camera camera = camera_of(Encoding::ray_distance, columns, rows);
+            camera.projection = perspective(2 * std::atan(bottom), static_cast<double>(columns) / rows, {0.1, 100});
+            const auto told = [&](Encoding encoding, const std::vector<float>& values) {
+                camera.encoding = encoding;
+                const std::vector<std::string> said = depth_doubts(camera, host(values, Storage::float32, columns));
+                return std::ranges::any_of(said, [](const std::string& each) { return each.starts_with("flat"); });
+            };
+            CHECK(!told(Encoding::ray_distance, ray));
+            CHECK(!told(Encoding::view_z, axis));
+            missed += !told(Encoding::view_z, ray);
+        }
+        INFO(kind);
+        CHECK(missed <= 1);
+    }
+}
+
+TEST_CASE("doubts: numbers that are no depth are told with their key, unless the camera says them", "[doubts]") {
+    constexpr int columns = 320, rows = 240;
+    Camera camera = camera_of(Encoding::view_z, columns, rows);
+    // A slanted plane that holds a number in a tenth of its pixels.
+    const auto with = [&](double number, double (*stored)(double z)) {
+        std::vector<double> values;
+        for (int i = 0; i < columns * rows; ++i)
+            values.push_back(
+                i % columns < 96 && i / columns < 80 ? number : stored(plane(i * (width * height / columns / rows))));
+        return values;
+    };
+    const auto told = [&](const std::vector<double>& values, Storage storage) {
+        std::vector<float> floats(values.begin(), values.end());
+        std::vector<std::uint16_t> codes;
+        for (const double value : values)
+            codes.push_back(static_cast<std::uint16_t>(value));
+        const HostDepth stored =
+            storage == Storage::uint16 ? host(codes, storage, columns) : host(floats, storage, columns);
+        std::string all;
+        for (const std::string& each : depth_doubts(camera, stored))
+            all += each + "\n";
+        return all;
+    };
+    const auto metres = [](double z) { return z; };
+    const auto millimetres = [](double z) { return std::round(1000 * z); };
+    const auto disparity = [](double z) { return std::round(400 / z); };
+    struct Case {
+        Encoding encoding;
+        double scale;
+        Storage storage;
+        double (*stored)(double);
+        std::vector<double> numbers, others; ///< that are told, and that are not
+    };
+    for (const Case& each :
+         {Case{Encoding::view_z,
+               1,
+               Storage::float32,
+               metres,
+               {0, 255, 10000, 65520, 32768, 9999},
+               {-9999, 11, 300, 12345}},
+          {Encoding::view_z, 0.001, Storage::uint16, millimetres, {0, 65535, 65520, 32767}, {9999, 10000, 12000}},
+          {Encoding::ray_distance, 1, Storage::float32, metres, {1000, 1e6}, {100}},
+          {Encoding::inverse, 400, Storage::uint16, disparity, {0, 65520, 65535, 4095}, {260}},
+          {Encoding::inverse, 400, Storage::float32, disparity, {65535}, {0}}})
+        for (const bool is_number : {true, false})
+            for (const double number : is_number ? each.numbers : each.others) {
+                camera.encoding = each.encoding;
+                camera.scale = each.scale;
+                camera.missing.reset();
+                camera.background.reset();
+                const std::vector<double> values = with(number, each.stored);
+                const std::string said = told(values, each.storage);
+                INFO(to_string(each.encoding) << ", " << number << ": " << said);
+                CHECK((said.find("stands apart") != std::string::npos) == is_number);
+                CHECK((said.find("\"missing\": ") != std::string::npos) == is_number);
+                camera.missing = number;
+                CHECK(told(values, each.storage).find("stands apart") == std::string::npos);
+                camera.missing.reset();
+                camera.background = number;
+                CHECK(told(values, each.storage).find("stands apart") == std::string::npos);
+            }
+    camera = camera_of(Encoding::view_z, columns, rows);
+    camera.scale = 0.001;
+    auto wall = with(10000, [](double) { return 2000.0; }); // a wall and a box, seen straight on
+    CHECK(told(wall, Storage::uint16) == "");
+    CHECK(told(std::vector(wall.size(), 1000.0), Storage::uint16) == "");
+    CHECK(told(with(2047, [](double z) { return std::round(300 + 70 * z); }), Storage::uint16)
+              .find("\"scale\": -351.3, \"offset\": -1092.5") != std::string::npos);
+
+    auto filtered = with(0, millimetres);
+    camera.missing = 0;
+    CHECK(told(filtered, Storage::uint16) == "");
+    for (std::size_t i = filtered.size() - 1; i > 0; --i)
+        filtered[i] = std::round((filtered[i] + filtered[i - 1]) / 2);
+    CHECK(told(filtered, Storage::uint16).find("it was filtered or resized") != std::string::npos);
+
+    camera.scale = 1;
+    camera.near_plane = 1;
+    camera.far_plane = 60;
+    camera.missing.reset();
+    const auto white_near = [](double z) { return std::round((60 - z) / 59 * 65535); };
+    camera.encoding = Encoding::linear;
+    CHECK(told(with(0, white_near), Storage::uint16).find("near is white: exchange \"near\" and \"far\"") !=
+          std::string::npos);
+    camera.near_plane = 60;
+    camera.far_plane = 1;
+    CHECK(told(with(0, white_near), Storage::uint16) == "");
 }

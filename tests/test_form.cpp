@@ -354,7 +354,7 @@ TEST_CASE("form: a camera that cannot be decoded says why", "[form]") {
     says([](Camera& c) { c.background = 2, c.missing = 2; }, "missing and background are both 2");
     says([&](Camera& c) { c.missing = nan; }, "missing must be a number");
     says([&](Camera& c) { c.background_from = nan; }, "background_from must be a number");
-    says([](Camera& c) { c.scale = 0; }, "scale = 0 must be greater than 0");
+    says([](Camera& c) { c.scale = 0; }, "scale = 0 must be finite, and other than 0");
     says([](Camera& c) { c.encoding = Encoding::linear, c.near_plane.reset(); }, "the linear encoding needs near");
     says([](Camera& c) { c.encoding = Encoding::linear, c.far_plane = infinity; }, "far = inf must be finite");
     says([](Camera& c) { c.encoding = Encoding::linear, c.far_plane = c.near_plane; }, "must differ");

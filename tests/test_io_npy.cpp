@@ -155,6 +155,12 @@ TEST_CASE("npy: every type, byte order and order of axes", "[io]") {
     check_type<std::int8_t>(folder, "i1", Storage::uint8);
     check_type<std::uint16_t>(folder, "u2", Storage::uint16);
     check_type<std::int16_t>(folder, "i2", Storage::uint16);
+    std::string heights = header("<i2", false, "(1, 2)");
+    append<std::int16_t>(heights, -9999, false);
+    append<std::int16_t>(heights, 300, false);
+    const DepthFile signed_16 = read_depth(put(folder / "heights.npy", heights)); // floats hold what is below 0
+    CHECK(signed_16.storage == Storage::float32);
+    CHECK((signed_16.values.at<float>(0, 0) == -9999 && signed_16.values.at<float>(0, 1) == 300));
     check_type<std::uint32_t>(folder, "u4", Storage::uint24);
     check_type<std::int32_t>(folder, "i4", Storage::uint24);
     check_type<std::uint64_t>(folder, "u8", Storage::uint24);

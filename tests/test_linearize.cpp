@@ -53,7 +53,8 @@ struct StoredCodes {
     std::vector<double> values;
 };
 
-StoredCodes random_codes(Storage storage, int count, std::mt19937& random) {
+// Floats have that sign.
+StoredCodes random_codes(Storage storage, int count, double sign, std::mt19937& random) {
     StoredCodes codes;
     const auto append = [&](std::uint32_t bits, std::size_t size) {
         for (std::size_t i = 0; i < size; ++i)
@@ -66,7 +67,8 @@ StoredCodes random_codes(Storage storage, int count, std::mt19937& random) {
                             code = bits & 0xffffff;
         switch (storage) {
         case Storage::float32: {
-            const float value = std::ldexp(static_cast<float>(code), -24 - static_cast<int>(bits >> 28));
+            const float value = std::copysign(std::ldexp(static_cast<float>(code), -24 - static_cast<int>(bits >> 28)),
+                                              static_cast<float>(sign));
             append(std::bit_cast<std::uint32_t>(value), 4);
             codes.values.push_back(static_cast<double>(value));
             break;
@@ -308,7 +310,7 @@ TEST_CASE("linearize: every storage is decoded as its codes say", "[linearize][e
                 const oracle::Truth truth(subject, storage);
                 const Form form = depth_form(subject.camera, storage).form;
                 const int width = 83, height = 29, x = 16384 - width, y = 77;
-                const StoredCodes codes = random_codes(storage, width * height, random);
+                const StoredCodes codes = random_codes(storage, width * height, subject.camera.scale, random);
                 std::vector<float> depth(codes.values.size());
                 const Image image = Image::from_host(oracle::device(arithmetic), element_of(storage),
                                                      codes.bytes.data(), {width, height, channels_of(storage)});
@@ -381,6 +383,28 @@ TEST_CASE("linearize: what was not measured is invalid, and from background_from
     disparity.background_from.reset();
     disparity.missing = 0; // which is infinity if it is not said
     check(disparity, {0.25f, 0.125f, 0, 0.5f}, {8, 16, NAN, 4});
+
+    Camera backwards = with(wide, 6);
+    backwards.encoding = Encoding::view_z;
+    backwards.scale = -2;
+    check(backwards, {-INFINITY, -4, 0, 4, INFINITY, -1e10f}, {INFINITY, 8, NAN, NAN, NAN, 2e10f});
+    check(backwards, {-INFINITY, -4, 0, 4, INFINITY, NAN}, {INFINITY, 8, NAN, NAN, NAN, NAN}, Background::decode);
+    backwards.background_from = -1000;
+    check(backwards, {-INFINITY, -4, -1000, -5000, -999, 1000}, {INFINITY, 8, INFINITY, INFINITY, 1998, NAN});
+    backwards.encoding = Encoding::inverse; // z = -2/v
+    backwards.background_from = -0.25;
+    check(backwards, {-0.25f, -0.125f, 0, -0.5f, 0.5f, 1e9f}, {INFINITY, INFINITY, INFINITY, 4, NAN, NAN});
+    const std::vector<std::uint16_t> raw{0, 1091, 1092, 1093, 2047, 600}; // Kinect's, z = 351.3/(1092.5 - v)
+    Camera kinect = with(wide, 6);
+    kinect.encoding = Encoding::inverse;
+    kinect.scale = -351.3;
+    kinect.offset = -1092.5;
+    std::vector<float> of_raw(6);
+    linearize({Image::from_host(oracle::device(), Element::u16, raw.data(), {6, 1}), kinect, Storage::uint16})
+        .image.download(of_raw.data());
+    CHECK(of_raw[5] == Approx(351.3 / 492.5));
+    CHECK(of_raw[2] == Approx(702.6));
+    CHECK((std::isnan(of_raw[3]) && std::isnan(of_raw[4])));
 
     Camera reversed = with(perspective(1.0, 1.5, {0.5, infinity, DepthOrder::reversed}, Convention::direct3d()), 3);
     reversed.background_from = 0.0625;

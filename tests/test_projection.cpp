@@ -262,6 +262,7 @@ TEST_CASE("projection: what cannot be one is refused with its reason", "[project
     refused("left = 1 and right = 1", seen, FrustumEdges{1, 1, 0, 2}, DepthSpan{1, 2});
     refused("bottom = 2 and top = nan", seen, FrustumEdges{0, 1, 2, nan}, DepthSpan{1, 2});
     refused("fx = 0 and fy = 5", seen, Intrinsics{0, 5, 1, 1, 4, 4}, DepthSpan{1, 2});
+    refused("\"view_axes\": \"directx\"", seen, Intrinsics{5, -5, 1, 1, 4, 4}, DepthSpan{1, 2});
     refused("cx = inf", seen, Intrinsics{5, 5, infinity, 1, 4, 4}, DepthSpan{1, 2});
     refused("0 x 4 pixels", seen, Intrinsics{5, 5, 1, 1, 0, 4}, DepthSpan{1, 2});
     refused("near = 3 and far = 3 must be finite and differ", parallel, edges, DepthSpan{3, 3});

@@ -91,7 +91,10 @@ struct Camera {
     bool from_near_plane = false;     ///< for `ray_distance`: is it counted from where the ray crosses the near plane?
     std::optional<double> background; ///< stored value that means "nothing here"; NaN: none; default by encoding
     std::optional<double> background_from; ///< so do this stored value and all that mean a greater distance
-    std::optional<double> missing;         ///< stored value that means "not measured": an invalid pixel
+    /// The same from 65504 on, where half floats end. In full floats only that value itself, and from 1e10 on.
+    bool background_from_largest_half = false;
+    bool in_metres = false;        ///< is a scene unit a metre, as a source of depth has it? For doubts alone
+    std::optional<double> missing; ///< stored value that means "not measured": an invalid pixel
     std::optional<int>
         depth_bits; ///< 1 to 24, or 32: of the buffer that a float image came from, for error bounds and fits
     std::optional<Eigen::Matrix4d> view; ///< world to view, in the projection's axes

@@ -181,7 +181,7 @@ INLINE floatV decode_form(floatV v, uint x, uint y, const depth_params* p, const
 INLINE floatV view_depth(sampleV sample, uint x, uint y, const depth_params* p, const ray_params* rays) {
     floatV z = decode_form(sample.value, x, y, p, rays);
 #if FORM == FORM_RAY_DISTANCE || (FORM == FORM_AFFINE && !FP64)
-    z = select(z, sample.value, isinf(sample.value)); // an infinite value is infinitely far; sums of it would be NaN
+    z = select(z, p->farther * sample.value, isinf(sample.value)); // infinitely far; sums of it would be NaN
 #endif
     intV surface = (sample.value >= p->lowest) & (sample.value <= p->highest);
 #if FORM != FORM_RECIPROCAL // all of whose depths are positive

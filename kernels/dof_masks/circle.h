@@ -72,14 +72,15 @@ INLINE floatV circle_of_confusion(sampleV sample, uint x, uint y, const depth_pa
     const floatV v = sample.value;
     intV in_range = (v >= depth->lowest) & (v <= depth->highest);
 #if FORM >= FORM_AFFINE // metric values may be infinite, and sums of them would be NaN
-    in_range &= v > -INFINITY;
+    const floatV far = depth->farther * v;
+    in_range &= far > -INFINITY;
 #endif
     intV surface = in_range;
     floatV c = circle_law(v, x, y, depth, rays, p, &surface);
     c = select((floatV)-p->largest, min(c, (floatV)p->largest),
                c > -p->largest); // NaN where a float overflowed
 #if FORM >= FORM_AFFINE
-    const intV infinite = v == INFINITY;
+    const intV infinite = far == INFINITY;
     c = select(c, (floatV)p->infinite, infinite);
     surface |= in_range & infinite;
 #endif

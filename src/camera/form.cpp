@@ -27,12 +27,14 @@ void check(const Camera& camera) {
     const auto [low, high] = camera.depth_range;
     require(std::isfinite(low) && std::isfinite(high) && low != high, "depth_range = [", low, ", ", high,
             "] must be finite and its ends must differ");
-    require(std::isfinite(camera.scale) && camera.scale > 0, "scale = ", camera.scale, " must be greater than 0");
     using enum Encoding;
     const Encoding encoding = camera.encoding;
     const auto only = [&](bool fits, const char* key, const char* which) {
         require(fits, key, " is for ", which, ", not for the ", to_string(encoding), " encoding");
     };
+    require(std::isfinite(camera.scale) && camera.scale != 0, "scale = ", camera.scale,
+            " must be finite, and other than 0");
+    only(camera.scale > 0 || is_metric(encoding), "a scale below 0", "view-z, ray-distance and inverse");
     require(std::isfinite(camera.offset), "offset = ", camera.offset, " must be finite");
     only(camera.offset == 0 || encoding == inverse, "offset", "the inverse encoding");
     only(camera.along == Along::axis || encoding == linear || encoding == inverse || encoding == inverse_range,
@@ -104,7 +106,8 @@ bool can_recentre(const DepthForm& form) {
     if (at_low < 0 || (at_high < 0 && std::isfinite(form.highest)))
         return false;
     const bool low_is_far = form.denominator[0] > 0;
-    return low_is_far ? form.lowest == 0 : std::abs(form.highest) >= std::abs(form.lowest);
+    const float end = low_is_far ? form.lowest : form.highest;
+    return end == 0 || (!low_is_far && std::abs(form.highest) >= std::abs(form.lowest));
 }
 
 // Under an infinite far plane 1/z ends at 0; what the rounding of the inverse leaves there would put the pole inside the
@@ -161,7 +164,7 @@ std::optional<std::uint32_t> default_background(const Camera& camera, Storage st
             return std::nullopt;
         value += 0.0; // not -0
     } else if (is_metric(camera.encoding)) {
-        value = std::numeric_limits<double>::infinity();
+        value = std::copysign(std::numeric_limits<double>::infinity(), camera.scale);
         if (!is_float(storage))
             return std::nullopt;
     } else {
@@ -186,14 +189,17 @@ void set_special_values(DepthForm& form, const Camera& camera, Storage storage) 
         form.background.reset();
 
     const auto [low, high] = camera.depth_range;
-    const bool larger_is_farther = camera.encoding == Encoding::inverse ? false
-                                   : is_metric(camera.encoding)         ? true
-                                   : far_is_low(camera)                 ? low > high
-                                                                        : high > low;
+    const bool larger_is_farther = is_metric(camera.encoding)
+                                       ? (camera.scale > 0) != (camera.encoding == Encoding::inverse)
+                                   : far_is_low(camera) ? low > high
+                                                        : high > low;
     form.farther = larger_is_farther ? 1.0f : -1.0f;
-    if (!camera.background_from)
+    const bool exactly_65504 = camera.background_from_largest_half && storage == Storage::float32;
+    if (exactly_65504 && !camera.background && form.missing != bits_of("background", 65504, storage))
+        form.background = bits_of("background", 65504, storage);
+    if (!camera.background_from && !camera.background_from_largest_half)
         return;
-    double from = *camera.background_from;
+    double from = camera.background_from.value_or(exactly_65504 ? 1e10 : 65504);
     require(!std::isnan(from), "background_from must be a number");
     if (storage == Storage::float16 && std::isfinite(from)) // half floats end there: what lies beyond was clipped
         from = std::clamp(from, -65504.0, 65504.0);
@@ -203,16 +209,23 @@ void set_special_values(DepthForm& form, const Camera& camera, Storage storage) 
 void set_stored_range(DepthForm& form, const Camera& camera, Storage storage) {
     const double largest = storage_max(storage);
     if (is_metric(camera.encoding)) {
-        const bool signed_depth = camera.encoding == Encoding::view_z;
+        // Counted forwards from the value of nothing (or of infinity), or backwards from it where the scale is below 0.
+        const bool inverse = camera.encoding == Encoding::inverse, forwards = camera.scale > 0;
+        const double end = inverse ? 0.0 - camera.offset : 0; // not -0
+        form.lowest = is_float(storage) ? -std::numeric_limits<float>::infinity() : 0;
         form.highest = is_float(storage) ? std::numeric_limits<float>::infinity() : static_cast<float>(largest);
-        form.lowest = is_float(storage) && signed_depth ? -std::numeric_limits<float>::infinity() : 0;
-        if (camera.encoding == Encoding::inverse) {
-            if (is_float(storage))
-                form.highest = 0x1p95f; // finite in the units of set_reciprocal; no disparity is that large
-            if (camera.offset != 0)     // the value of infinity; farther than that nothing is
-                form.lowest = is_float(storage) ? rounded_up(-camera.offset)
-                                                : std::max(0.0f, static_cast<float>(std::ceil(-camera.offset)));
+        if (inverse && is_float(storage)) { // finite in the units of set_reciprocal; no disparity is that large
+            form.lowest = -0x1p95f;
+            form.highest = 0x1p95f;
         }
+        if (camera.encoding == Encoding::view_z) // an orthographic camera sees what lies behind it
+            return;
+        if (forwards)
+            form.lowest =
+                is_float(storage) ? rounded_up(end) : std::max(form.lowest, static_cast<float>(std::ceil(end)));
+        else
+            form.highest =
+                is_float(storage) ? rounded_down(end) : std::min(form.highest, static_cast<float>(std::floor(end)));
     } else {
         const auto [a, b] = camera.depth_range;
         form.lowest = rounded_down(std::min(a, b) * largest);
@@ -255,8 +268,13 @@ float centre_depth(const Camera& camera) {
 void set_along_ray(DepthForm& form, const Camera& camera) {
     const bool inverse = form.form != Form::affine;
     form.form = inverse ? Form::inverse_ray_distance : Form::ray_distance;
-    if (inverse) // what is nearer than 2^-100 is beyond the floats of the kernel
-        form.highest = std::min(form.highest, static_cast<float>(0x1p100L / std::abs(form.denominator[0])));
+    if (inverse) { // what is nearer than 2^-100 is beyond the floats of the kernel
+        const auto nearest = static_cast<float>(0x1p100L / form.denominator[0]);
+        if (nearest > 0)
+            form.highest = std::min(form.highest, nearest);
+        else
+            form.lowest = std::max(form.lowest, nearest);
+    }
     form.offset = camera_rays(camera).centre_depth; // refuses a camera without rays
     if (camera.from_near_plane)
         form.offset += needed(camera.near_plane, "near", camera.encoding);

@@ -353,6 +353,8 @@ std::string use_preset(JsonObject& json) {
 
 /// From which stored value on nothing is there. The word "far" is the far plane as a depth buffer of 24 bits finds it again.
 std::optional<double> read_background_from(const JsonObject& json, const Camera& camera) {
+    if (json.holds("background_from", "largest-half"))
+        return std::nullopt;
     if (!json.holds("background_from", "far"))
         return json.number_or_infinity("background_from");
     if (camera.encoding != Encoding::view_z || !camera.near_plane || !camera.far_plane || !(*camera.near_plane > 0) ||
@@ -365,7 +367,11 @@ std::optional<double> read_background_from(const JsonObject& json, const Camera&
 CameraFile read(JsonObject json) {
     CameraFile file;
     auto& camera = file.camera;
+    const bool has_own_scale = json.has("scale");
     file.preset = use_preset(json);
+    camera.in_metres = !has_own_scale && std::ranges::any_of(presets(), [&](const Preset& each) {
+        return each.name == file.preset && each.formula.find("metres") != std::string::npos;
+    });
     camera.encoding = read_encoding(json);
     camera.near_plane = json.number("near");
     camera.far_plane = json.number_or_infinity("far");
@@ -397,6 +403,7 @@ CameraFile read(JsonObject json) {
     camera.background = json.holds("background", "none") ? std::numeric_limits<double>::quiet_NaN()
                                                          : json.number_or_infinity("background");
     camera.background_from = read_background_from(json, camera);
+    camera.background_from_largest_half = json.holds("background_from", "largest-half");
     camera.missing = json.number_or_infinity("missing");
     camera.depth_bits = json.count("depth_bits");
     if (camera.depth_bits && camera.depth_bits != 32 && (*camera.depth_bits < 1 || *camera.depth_bits > 24))

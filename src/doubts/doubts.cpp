@@ -21,6 +21,7 @@ constexpr double many_invalid = 0.25; // a fraction of the pixels that is probab
 constexpr float many_units = 100;     // no scene in metres begins so far away and is stored in whole metres
 constexpr double crowded = 1.2;       // no scene lies in the first fifth behind its near plane
 constexpr float few_units = 0.25f;    // no scene in metres ends so near
+constexpr float far_for_metres = 400; // no camera of a source that counts in metres sees nothing nearer
 constexpr double mostly_far = 0.8;    // what most values of a depth buffer exceed
 constexpr double past_a_plane = 0.1;  // of its distance; nothing that is rightly described lies so far beyond it
 constexpr double many_far = 0.001;    // the same for one value that is farther than all others
@@ -38,12 +39,14 @@ void visit_all(const Subject& subject, const Visit& visit) {
     subject.each([&](const HostDepth& values, const HostFloats&) { visit_values(values, visit); });
 }
 
-// The largest value that is finite; 0 where none is above.
-double largest_finite(const Subject& subject) {
-    float largest = 0;
-    visit_all(subject,
-              [&](float value, std::uint32_t) { largest = std::isfinite(value) ? std::max(largest, value) : largest; });
-    return static_cast<double>(largest);
+// The distance of the value farthest away that is finite, in stored units; 0 where none is ahead.
+double farthest_finite(const Subject& subject) {
+    const float sign = subject.camera.scale < 0 ? -1.0f : 1.0f;
+    float farthest = 0;
+    visit_all(subject, [&](float value, std::uint32_t) {
+        farthest = std::isfinite(value) ? std::max(farthest, sign * value) : farthest;
+    });
+    return static_cast<double>(farthest);
 }
 
 // How many stored values are of a kind.
@@ -165,10 +168,21 @@ Doubt range_doubt(const Subject& subject) {
                         number(found.max), "; does the scale fit, or what the camera says of the background?");
     }
     const auto near_end = near_end_of(subject.camera, subject.storage);
-    if (near_end && look.surfaces() > 0 && static_cast<double>(look.farthest) < *near_end * crowded)
-        return text("everything lies within ", number(100 * (static_cast<double>(look.farthest) / *near_end - 1), 2),
-                    " % of the near plane, ", number(*near_end, 4),
-                    "; are the values distances (\"encoding\": \"view-z\"), or is \"reversed\" the wrong way round?");
+    const auto within = [&](double near_plane, const char* cure) {
+        return text("everything lies within ", number(100 * (static_cast<double>(look.farthest) / near_plane - 1), 2),
+                    " % of the near plane, ", number(near_plane, 4), cure);
+    };
+    if (look.surfaces() == 0)
+        return std::nullopt;
+    if (near_end && static_cast<double>(look.farthest) < *near_end * crowded)
+        return within(*near_end,
+                      "; are the values distances (\"encoding\": \"view-z\"), or is \"reversed\" the wrong way "
+                      "round?");
+    const auto clip = clip_distances(subject.camera);
+    if (clip && is_metric(subject.camera.encoding) && clip->first > 0 &&
+        static_cast<double>(look.nearest) >= clip->first * (1 - past_a_plane) &&
+        static_cast<double>(look.farthest) < clip->first * crowded)
+        return within(clip->first, "; was it decoded with another projection than this one?");
     return std::nullopt;
 }
 
@@ -185,6 +199,12 @@ std::string reason(const Subject& subject, const StoredStatistics& found) {
         return "none of its values is finite; is it the right file, or the right channel (--channel)?";
     if (count_of(StoredKind::missing, camera, subject) == found.pixels)
         return text("all of its values are ", number(found.min), ", which the camera says was not measured");
+    const double end =
+        camera.encoding == Encoding::inverse ? 0.0 - camera.offset : 0; // where depth begins, or infinity lies
+    if (is_metric(camera.encoding) && (camera.scale > 0 ? found.max < end : found.min > end))
+        return text(values, ", on the other side of ", number(end), " than \"scale\" has it; if they count ",
+                    camera.scale > 0 ? "backwards, as Isaac Gym's depth and ZED's disparity do" : "forwards",
+                    ", say \"scale\": ", number(-camera.scale));
     if (!is_metric(camera.encoding) && is_float(subject.storage) &&
         found.percentiles[3] > static_cast<double>(form.highest))
         return text(values, ", and \"", to_string(camera.encoding), "\" depth lies in ",
@@ -223,7 +243,14 @@ Doubt unit_doubt(const Subject& subject, bool distances) {
     if (distances && !floats && camera.scale == 1 && look.nearest >= many_units)
         return text("its integers count as scene units, so that depths run from ", number(look.nearest, 4), " to ",
                     number(look.farthest, 4), "; if they are millimetres and a unit is a metre, say \"scale\": 0.001");
-    if (distances && floats && camera.scale < 0.1 && look.farthest < few_units)
+    if (distances && camera.in_metres && floats && camera.scale == 1 && look.nearest >= far_for_metres)
+        return text("depths run from ", number(look.nearest, 4), " to ", number(look.farthest, 4),
+                    " metres; if the values are millimetres, say \"scale\": 0.001, and 0.01 if they are centimetres");
+    if (distances && camera.in_metres && !floats && camera.scale == 0.001 && look.farthest < few_units)
+        return text("its integers count as millimetres and end at ", number(look.farthest, 4),
+                    " metres, nearer than such cameras see; say how long their unit is (\"scale\"), and save all of "
+                    "their bits");
+    if (distances && floats && std::abs(camera.scale) < 0.1 && look.farthest < few_units)
         return text("its floats times the scale of ", number(camera.scale), " are ", number(look.farthest, 4),
                     " at most; floats are mostly scene units already, which is \"scale\": 1");
     if (camera.encoding == Encoding::inverse && camera.scale == 1 && look.farthest < few_units)
@@ -249,18 +276,19 @@ Doubt buffer_doubt(const Subject& subject) {
 Doubt sky_doubt(const Subject& subject) {
     const Look& look = subject.look;
     const bool known = subject.camera.encoding == Encoding::view_z && subject.camera.scale == 1;
-    const double largest = known ? static_cast<double>(look.farthest) : largest_finite(subject);
-    if (!(largest == 65504 || largest >= 1e9) || subject.camera.background == largest)
+    const double farthest = known ? static_cast<double>(look.farthest) : farthest_finite(subject),
+                 value = subject.camera.scale < 0 ? -farthest : farthest;
+    if (!(farthest == 65504 || farthest >= 1e9) || subject.camera.background == value)
         return std::nullopt;
     Camera counted = subject.camera;
-    counted.background_from = largest;
+    counted.background_from = value;
     const std::size_t far_away = count_of(StoredKind::background, counted, subject);
     if (!(static_cast<double>(far_away) > many_far * static_cast<double>(look.pixels)))
         return std::nullopt;
-    return text(percent(far_away, look.pixels), " of the pixels hold ", number(largest),
+    return text(percent(far_away, look.pixels), " of the pixels hold ", number(value),
                 ", which renderers write where nothing is, and which counts as a surface here; if so, say "
                 "\"background_from\": ",
-                number(largest));
+                number(value));
 }
 
 // What `linearize` makes of stored values. The last bit may differ.
@@ -276,7 +304,7 @@ auto decoder(const Camera& camera, const HostDepth& stored) {
         if (kind == StoredKind::missing || !(value >= form.lowest && value <= form.highest))
             return invalid;
         if (std::isinf(value) && (form.form == Form::affine || form.form == Form::ray_distance))
-            return value; // sums of it would be NaN
+            return form.farther * value; // sums of it would be NaN
         const auto z = static_cast<float>(view_depth(form, rays, x + 0.5, y + 0.5, static_cast<double>(value)));
         return z > form.least_depth ? z : invalid;
     };
@@ -297,11 +325,14 @@ std::vector<std::string> doubts(const Subject& subject) {
             said.push_back(*doubt);
         return doubt.has_value();
     };
-    add(invalid_doubt(subject));
+    const bool is_invalid = add(invalid_doubt(subject));
     add(unit_doubt(subject, distances));
     const bool is_buffer = float_distances && add(buffer_doubt(subject));
     if (float_distances && !camera.background_from)
         add(sky_doubt(subject));
+    if (!is_invalid) // or holes would be told twice
+        add(special_number_doubt(subject));
+    add(filtered_doubt(subject));
     if (!is_buffer)
         add(flat_surfaces_doubt(subject));
     add(photograph_doubt(subject.changes));
@@ -351,7 +382,7 @@ std::vector<std::string> depth_doubts_of_sample(const Camera& camera, const Host
     subject.look.add(distances);
     for (const Cross& cross : subject.crosses)
         if (cross.x[0] == subject.crosses.front().x[0])
-            subject.changes.add(part_of(stored, 0, cross.y[0], stored.width, 1));
+            subject.add_row(part_of(stored, 0, cross.y[0], stored.width, 1));
     subject.each = [&](const auto& visit) { visit(sampled, distances); };
     if (subject.look.invalid == subject.look.pixels && !is_measured(subject)) // what was measured may lie between
         return {};

@@ -3,6 +3,7 @@
 //
 // `rank_encodings` asks the same without a camera. It searches the angle of view, near and far, which takes as long as a whole
 // command does. Here the camera says them, so that a few crosses of nine pixels are enough.
+#include "camera/form.hpp"
 #include "doubts/look.hpp"
 #include "doubts/plane_fits.hpp"
 #include "doubts/stored_values.hpp"
@@ -10,6 +11,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <numbers>
 #include <utility>
 
 namespace fathom {
@@ -20,22 +23,85 @@ constexpr double flat_enough = 0.035;  // if it is bent no more than so much of 
 constexpr std::size_t few_places = 24; // may win by chance
 constexpr std::size_t least_part = 50; // one in so many has to speak for the other description
 constexpr std::size_t to_one = 9;      // and so many where one speaks against it
-constexpr double many_steps = 16;      // of the storage, over which a cross has to rise
-
-using CrossFloats = std::array<float, Cross::size>;
+constexpr double rounded = 0.55;       // of a step: no flat surface is bent more by the storage's rounding
 
 // What the stored values could be instead of what the camera says.
 struct Alternative {
     Shape shape;
     double parameter; ///< the rays of a cross are those of the camera
     std::string meaning;
-    std::size_t flat = 0; ///< crosses where it is much flatter than the camera's own
+    std::size_t flat = 0;    ///< crosses where it is much flatter than the camera's own
+    std::size_t against = 0; ///< and where it is bent much more
 };
 
 // Along the row and along the column.
-double rise_of(const auto& q) {
-    return static_cast<double>(std::abs(q[4] - q[0]) + std::abs(q[8] - q[5]));
+double rise_of(const std::array<float, Cross::size>& v) {
+    return static_cast<double>(std::abs(v[4] - v[0]) + std::abs(v[8] - v[5]));
 }
+
+// The value of all crosses that is farthest away, with the sign that makes it the greatest.
+float farthest_of(const std::vector<Cross>& crosses, float sign) {
+    float farthest = -std::numeric_limits<float>::infinity();
+    for (const Cross& cross : crosses)
+        for (const float value : cross.values)
+            if (std::isfinite(value))
+                farthest = std::max(farthest, sign * value);
+    return farthest;
+}
+
+// What the camera makes of a value: 1/z under a perspective and z under an orthographic camera. In double, and not in the floats
+// of the decoded image, whose rounding bends what is flat.
+class Decoder {
+public:
+    Decoder(const Camera& camera, const DepthForm& form) : form_(form), along_ray_(is_along_ray(form)) {
+        if (!form.perspective)
+            return;
+        const Rays rays = camera_rays(camera);
+        direction_ = rays.direction.cast<double>();
+        ahead_ = rays.depth.cast<double>();
+        centre_ = static_cast<double>(rays.centre_depth);
+    }
+
+    PlaneSample sample(const Cross& cross, std::size_t i) const {
+        const Eigen::Vector3d pixel(cross.x[i] + 0.5, cross.y[i] + 0.5, 1),
+            ray = direction_ * pixel / ahead_.dot(pixel);
+        return {ray.x(), ray.y(), Cross::across[i] / 2.0, Cross::down[i] / 2.0, static_cast<double>(cross.values[i])};
+    }
+
+    PlaneQuantity quantity(const PlaneSample& at) const {
+        const auto value = [](const Affine& row, double v) {
+            return static_cast<double>(row[0]) * v + static_cast<double>(row[3]);
+        };
+        double z, change; // of z with the value
+        if (form_.form == Form::exponential) {
+            const double rate = std::numbers::ln2 * static_cast<double>(form_.rate),
+                         power = std::expm1(rate * at.v + std::numbers::ln2 * static_cast<double>(form_.start)),
+                         amplitude = static_cast<double>(form_.amplitude);
+            z = amplitude * power + static_cast<double>(form_.offset);
+            change = amplitude * rate * (power + 1);
+        } else {
+            const double above = value(form_.numerator, at.v), below = value(form_.denominator, at.v);
+            z = above / below;
+            change = (static_cast<double>(form_.numerator[0]) - static_cast<double>(form_.denominator[0]) * z) / below;
+            if (along_ray_) {
+                const double stretch = std::sqrt(1 + at.x * at.x + at.y * at.y);
+                z = z / stretch + static_cast<double>(form_.offset);
+                change /= stretch;
+            }
+        }
+        if (!form_.perspective)
+            return {z, 1 / change};
+        z -= centre_;
+        return {1 / z, -z * z / change};
+    }
+
+private:
+    const DepthForm& form_;
+    bool along_ray_;
+    Eigen::Matrix3d direction_ = Eigen::Matrix3d::Identity();
+    Eigen::RowVector3d ahead_{0, 0, 1};
+    double centre_ = 0;
+};
 
 std::vector<Alternative> alternatives(const Camera& camera, Storage storage, bool perspective) {
     if (!perspective)
@@ -69,60 +135,50 @@ std::optional<std::string> flat_surfaces_doubt(const Subject& subject) {
     const bool packed = pixel_bytes(storage) == 3 || storage == Storage::uint24_high; // elements are no numbers
     if (of_pixel || packed || camera.encoding == Encoding::pseudo_linear)             // which is bent inside triangles
         return std::nullopt;
-    const Shape own_shape = form.perspective ? Shape::reciprocal : Shape::affine;
     const ValueChanges& near = subject.changes;
     const float least =
         storage == Storage::float16 ? std::max(near.least_second, near.highest * 0x1p-11f) : near.least_second;
     // A second difference is no smaller than a step, unless it is 0.
     const double step = std::isfinite(least) ? static_cast<double>(least) : 0;
-    const Rays rays = form.perspective ? camera_rays(camera) : Rays{};
-    const Eigen::Matrix3d direction = rays.direction.cast<double>();
-    const Eigen::RowVector3d ahead = rays.depth.cast<double>();
-    // How far a quantity is from a plane, of its rise. All pixels count alike, so that a cross over an edge is bent under every
-    // description. NaN where it does not rise, or is unknown.
-    const auto bend = [&](const Cross& cross, const CrossFloats& values, Shape shape, double parameter) {
-        std::array<PlaneSample, Cross::size> samples;
-        std::array<double, Cross::size> quantity;
-        for (std::size_t i = 0; i < Cross::size; ++i) {
-            samples[i] = {0, 0, Cross::across[i] / 2.0, Cross::down[i] / 2.0, static_cast<double>(values[i])};
-            if (shape == Shape::ray) {
-                const Eigen::Vector3d pixel(cross.x[i] + 0.5, cross.y[i] + 0.5, 1),
-                    ray = direction * pixel / ahead.dot(pixel);
-                samples[i].x = ray.x();
-                samples[i].y = ray.y();
-            }
-            samples[i].v = quantity[i] = affine_over_planes(shape, parameter, samples[i]);
-        }
-        return misfit(samples, Shape::affine, 0) / rise_of(quantity);
-    };
-    const auto bend_under = [&](const Cross& cross, const Alternative& other) {
-        return bend(cross, cross.values, other.shape, other.parameter);
-    };
-
-    std::vector<std::pair<const Cross*, double>> places; // and how bent they are
+    const Decoder decoder(camera, form);
     std::vector<Alternative> others = alternatives(camera, storage, form.perspective);
+    const float farthest = farthest_of(subject.crosses, form.farther);
+    std::size_t places = 0; // that tell two descriptions apart
     for (const Cross& cross : subject.crosses) {
-        const double rise = rise_of(cross.values),
-                     rounding = std::max(step, 0x1p-23 * std::abs(static_cast<double>(cross.values[2])));
-        if (!(rise >= many_steps * rounding))
+        const auto [low, high] = std::ranges::minmax(cross.values);
+        if (!std::ranges::all_of(cross.values, [](float v) { return std::isfinite(v); }))
             continue;
-        const double own = bend(cross, cross.z, own_shape, 0);
+        // A sky, or a sensor's farthest distance, is flat under some description, and no surface.
+        const bool may_be_sky = low == high && form.farther * low == farthest;
+        std::array<PlaneSample, Cross::size> samples;
+        std::array<PlaneQuantity, Cross::size> quantities;
+        for (std::size_t i = 0; i < Cross::size; ++i) {
+            samples[i] = decoder.sample(cross, i);
+            quantities[i] = decoder.quantity(samples[i]);
+        }
+        // How bent it is under each description, in stored units, in which the storage rounds all of them alike: a surface that
+        // is seen straight on does not rise at all under the right one. All pixels count alike, so that a cross over an edge is
+        // bent under every description.
+        const double own = misfit(samples, quantities), rise = rise_of(cross.values),
+                     rounding = rounded *
+                                std::max(step, 0x1p-23 * static_cast<double>(std::max(std::abs(low), std::abs(high))));
         if (!std::isfinite(own))
             continue;
-        places.emplace_back(&cross, own);
-        const double noise =
-            0.55 * rounding / rise + 0x1p-24 * std::abs(static_cast<double>(cross.z[2])) / rise_of(cross.z);
-        if (own <= noise)
-            continue;
-        for (Alternative& other : others)
-            other.flat += bend_under(cross, other) < std::min(flat_enough, flatter * own);
+        bool tells = false;
+        for (Alternative& other : others) {
+            const double bent = misfit(samples, other.shape, other.parameter);
+            const bool wins = !may_be_sky && own > rounding &&
+                              bent<std::min(flatter * own, flat_enough * std::max(rise, own)), loses = bent> rounding &&
+                              own < flatter * bent;
+            other.flat += wins;
+            other.against += loses;
+            tells |= own > rounding || bent > rounding;
+        }
+        places += tells;
     }
     const auto best = std::ranges::max_element(others, {}, &Alternative::flat);
-    if (best == others.end() || best->flat < few_places || least_part * best->flat < places.size())
-        return std::nullopt;
-    const auto against = static_cast<std::size_t>(std::ranges::count_if(
-        places, [&](const auto& place) { return place.second < flatter * bend_under(*place.first, *best); }));
-    if (best->flat <= to_one * against)
+    if (best == others.end() || best->flat < few_places || least_part * best->flat < places ||
+        best->flat <= to_one * best->against)
         return std::nullopt;
     return text("flat surfaces are bent as \"", to_string(camera.encoding), "\" has it, and flat if the values are ",
                 best->meaning, "? fathom inspect shows more");

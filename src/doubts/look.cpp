@@ -92,16 +92,28 @@ bool ValueChanges::are_of_a_picture() const {
     return steps > 64 && stepping.count() >= 16 && 5 * alike >= 3 * steps && 33 * carried < steps;
 }
 
-Subject::Subject(const Camera& seen, Storage stored_as, int most) : camera(seen), storage(stored_as) {
-    const int distance = std::max(1, std::min(seen.width, seen.height) / 40);
-    for (int y = 2 * distance; y < camera.height - 2 * distance; y += 1 + camera.height / most)
-        for (int x = 2 * distance; x < camera.width - 2 * distance; x += 1 + camera.width / most) {
-            Cross& cross = crosses.emplace_back();
-            for (std::size_t i = 0; i < Cross::size; ++i) {
-                cross.x[i] = x + Cross::across[i] * distance;
-                cross.y[i] = y + Cross::down[i] * distance;
+Subject::Subject(const Camera& seen, Storage stored_as, int most)
+    : camera(seen), storage(stored_as), numbers(seen, stored_as) {
+    // Large crosses see the curvature of values that are rounded or noisy, and small ones lie between the edges of narrow surfaces.
+    const int side = std::min(seen.width, seen.height), margin = 2 * std::max(1, side / 40);
+    const auto place = [&](int distance, int across, int down) {
+        for (int y = margin; y < camera.height - margin; y += down)
+            for (int x = margin; x < camera.width - margin; x += across) {
+                Cross& cross = crosses.emplace_back();
+                for (std::size_t i = 0; i < Cross::size; ++i) {
+                    cross.x[i] = x + Cross::across[i] * distance;
+                    cross.y[i] = y + Cross::down[i] * distance;
+                }
             }
-        }
+    };
+    const int across = 1 + camera.width / most, down = 1 + camera.height / most;
+    place(margin / 2, across, down);
+    place(std::max(1, side / 160), 2 * across, 2 * down);
+}
+
+void Subject::add_row(const HostDepth& row) {
+    changes.add(row);
+    numbers.add(row);
 }
 
 void Subject::add(const HostDepth& values, const HostFloats& z) {
@@ -117,7 +129,7 @@ void Subject::add(const HostDepth& values, const HostFloats& z) {
     constexpr int most_rows = 128;
     for (int y = 0; y < values.height; ++y)
         if ((rows_ + y) % (1 + camera.height / most_rows) == 0)
-            changes.add(part_of(values, 0, y, values.width, 1));
+            add_row(part_of(values, 0, y, values.width, 1));
     rows_ += values.height;
 }
 

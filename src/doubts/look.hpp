@@ -54,12 +54,29 @@ struct ValueChanges {
     bool are_of_a_picture() const;
 };
 
+/// Numbers that programs write where there is no depth, or the near plane's code, in pixels side by side.
+struct SharedNumbers {
+    std::vector<float> numbers;     ///< in ascending order
+    std::vector<std::size_t> pairs; ///< of pixels that hold one of them
+    std::size_t pixels = 0;
+    std::size_t constant = 0;              ///< pairs that hold another value
+    std::size_t borders = 0, filtered = 0; ///< of pixels without depth; those with values in between
+
+    SharedNumbers() = default;
+    SharedNumbers(const Camera& camera, Storage storage);
+    void add(const HostDepth& row);
+
+private:
+    DepthForm form_{};
+};
+
 /// Depth that is taken some rows after the others, and what is to be seen in it.
 struct Subject {
     Camera camera; ///< of the whole image
     Storage storage = Storage::float32;
     Look look = {};
     ValueChanges changes = {};
+    SharedNumbers numbers = {};
     std::vector<Cross> crosses = {};
     /// Goes through it again, in any parts. Of `z` +infinity is background, and NaN invalid.
     std::function<void(const std::function<void(const HostDepth& values, const HostFloats& z)>&)> each = {};
@@ -72,6 +89,9 @@ struct Subject {
     /// Looks at the next rows.
     void add(const HostDepth& values, const HostFloats& z);
 
+    /// Looks at a row of the image more closely.
+    void add_row(const HostDepth& row);
+
 private:
     int rows_ = 0;
 };
@@ -82,5 +102,11 @@ std::vector<std::string> doubts(const Subject& subject);
 
 /// The one among them where flat surfaces are bent as the camera describes them, but flat under another encoding.
 std::optional<std::string> flat_surfaces_doubt(const Subject& subject);
+
+/// The one where many pixels hold a number that is probably no depth.
+std::optional<std::string> special_number_doubt(const Subject& subject);
+
+/// The one where a filter has mixed depth with what is none.
+std::optional<std::string> filtered_doubt(const Subject& subject);
 
 } // namespace fathom

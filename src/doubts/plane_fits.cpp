@@ -84,39 +84,6 @@ double cubic_residual(const std::vector<PlaneSample>& samples) {
     return residual<10>(equations);
 }
 
-// The function that a shape makes of a value, and the value's change with it, which turns residuals into stored units.
-std::pair<double, double> function_of(Shape shape, double p, const PlaneSample& at) {
-    const double v = at.v;
-    const auto ray = [&] { return std::sqrt(1 + (at.x * at.x + at.y * at.y) * p * p); };
-    switch (shape) {
-    case Shape::affine:
-        return {v, 1};
-    case Shape::reciprocal:
-        return {1 / v, v * v};
-    case Shape::offset:
-        return {1 / (v + p), (v + p) * (v + p)};
-    case Shape::reversed_offset:
-        return {1 / (1 + p - v), (1 + p - v) * (1 + p - v)};
-    case Shape::ray: {
-        const double s = ray();
-        return {s / v, v * v / s};
-    }
-    case Shape::inverse_ray: {
-        const double s = ray();
-        return {s * v, 1 / s};
-    }
-    case Shape::logarithmic: {
-        const double e = std::expm1(p * v);
-        return {1 / e, e * e / (p * (e + 1))};
-    }
-    case Shape::exponential: {
-        const double e = std::exp(-p * v);
-        return {e, 1 / (p * e)};
-    }
-    }
-    return {v, 1};
-}
-
 // Of the stored values of an image.
 struct Windows {
     const std::vector<float>& values;
@@ -223,17 +190,50 @@ double best_parameter(const std::vector<const Window*>& windows, Shape shape, do
 
 } // namespace
 
-double affine_over_planes(Shape shape, double parameter, const PlaneSample& sample) {
-    return function_of(shape, parameter, sample).first;
+PlaneQuantity quantity_of(Shape shape, double p, const PlaneSample& at) {
+    const double v = at.v;
+    const auto ray = [&] { return std::sqrt(1 + (at.x * at.x + at.y * at.y) * p * p); };
+    switch (shape) {
+    case Shape::affine:
+        return {v, 1};
+    case Shape::reciprocal:
+        return {1 / v, v * v};
+    case Shape::offset:
+        return {1 / (v + p), (v + p) * (v + p)};
+    case Shape::reversed_offset:
+        return {1 / (1 + p - v), (1 + p - v) * (1 + p - v)};
+    case Shape::ray: {
+        const double s = ray();
+        return {s / v, v * v / s};
+    }
+    case Shape::inverse_ray: {
+        const double s = ray();
+        return {s * v, 1 / s};
+    }
+    case Shape::logarithmic: {
+        const double e = std::expm1(p * v);
+        return {1 / e, e * e / (p * (e + 1))};
+    }
+    case Shape::exponential: {
+        const double e = std::exp(-p * v);
+        return {e, 1 / (p * e)};
+    }
+    }
+    return {v, 1};
+}
+
+double misfit(std::span<const PlaneSample> patch, std::span<const PlaneQuantity> quantities) {
+    std::array<Equation<3>, samples_across * samples_across> equations;
+    for (std::size_t i = 0; i < patch.size(); ++i)
+        equations[i] = {{1, patch[i].u, patch[i].t}, quantities[i].value, quantities[i].change};
+    return residual<3>(std::span(equations).first(patch.size()));
 }
 
 double misfit(std::span<const PlaneSample> patch, Shape shape, double parameter) {
-    std::array<Equation<3>, samples_across * samples_across> equations;
-    for (std::size_t i = 0; i < patch.size(); ++i) {
-        const auto [value, scale] = function_of(shape, parameter, patch[i]);
-        equations[i] = {{1, patch[i].u, patch[i].t}, value, scale};
-    }
-    return residual<3>(std::span(equations).first(patch.size()));
+    std::array<PlaneQuantity, samples_across * samples_across> quantities;
+    for (std::size_t i = 0; i < patch.size(); ++i)
+        quantities[i] = quantity_of(shape, parameter, patch[i]);
+    return misfit(patch, std::span(quantities).first(patch.size()));
 }
 
 PlaneFits fit_planes(const std::vector<float>& values, int width, int height, double step, double relative_step) {

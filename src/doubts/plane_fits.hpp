@@ -26,11 +26,16 @@ struct PlaneSample {
     double v = 0;
 };
 
-/// The function of a sample's value that is affine in the pixel over a plane.
-double affine_over_planes(Shape shape, double parameter, const PlaneSample& sample);
+/// A function of a stored value that is affine in the pixel over planes, and how much the value changes with it.
+struct PlaneQuantity {
+    double value = 0, change = 1;
+};
 
-/// How far a shape of the values is from being affine in the pixel over a patch of up to 64 samples: the root of the mean square,
-/// in stored units.
+PlaneQuantity quantity_of(Shape shape, double parameter, const PlaneSample& sample);
+
+/// How far a quantity of each sample is from being affine in the pixel over a patch of up to 64 samples: the root of the mean
+/// square, in stored units.
+double misfit(std::span<const PlaneSample> patch, std::span<const PlaneQuantity> quantities);
 double misfit(std::span<const PlaneSample> patch, Shape shape, double parameter);
 
 /// How one shape fits the flat patches of an image.

@@ -142,6 +142,7 @@ struct Findings {
     Range range; // of what does not stand apart
     double median = NAN;
     bool infinite = false;
+    bool backwards = false; // all values were below 0, and have the other sign here
     Near by_silhouettes = Near::unknown;
     Near near = Near::unknown; // by these, and by a sky if values are affine in the pixel over planes
     PlaneFits planes;
@@ -168,7 +169,8 @@ struct Findings {
         return NAN;
     }
 
-    bool in_unit_range() const { return values.is_float && range.least >= 0 && range.greatest <= 1; }
+    double sign() const { return backwards ? -1 : 1; }
+    bool in_unit_range() const { return values.is_float && !backwards && range.least >= 0 && range.greatest <= 1; }
 };
 
 // What is affine in the pixel over planes.
@@ -225,7 +227,8 @@ std::string apart_keys(const Findings& found, bool zero_is_missing) {
     if (found.zero.stands_apart)
         keys += zero_is_missing ? ", \"missing\": 0" : ", \"background\": 0";
     if (found.top.stands_apart)
-        keys += text(", \"background_from\": ", found.top.value >= 1e9 ? "1e9" : text(std::llround(found.top.value)));
+        keys += text(", \"background_from\": ", found.backwards ? "-" : "",
+                     found.top.value >= 1e9 ? "1e9" : text(std::llround(found.top.value)));
     return keys;
 }
 
@@ -258,8 +261,8 @@ std::pair<std::string, double> plausible_unit(const Findings& found) {
     return {"the unit is unknown", 1};
 }
 
-std::string scale_key(double scale) {
-    return scale == 1 ? std::string() : ", \"scale\": " + number(scale, 17);
+std::string scale_key(const Findings& found, double scale) {
+    return found.sign() * scale == 1 ? std::string() : ", \"scale\": " + number(found.sign() * scale, 17);
 }
 
 Guess planar_guess(const Findings& found) {
@@ -270,12 +273,13 @@ Guess planar_guess(const Findings& found) {
         // z is proportional to v + c, or to c - v where near is white: what v = 0 and the largest code mean, up to a factor
         const bool is_white_near = reversed > offset;
         const double largest = found.range.greatest;
-        const bool is_long = found.values.is_float && largest > found.values.largest_code; // lengths, not 0 to 1
+        const bool is_long = // lengths, not 0 to 1
+            found.backwards || (found.values.is_float && largest > found.values.largest_code);
         const double code = is_long ? largest : found.values.largest_code,
                      c = largest *
                          (is_white_near ? 1 + found.parameter(Shape::reversed_offset) : found.parameter(Shape::offset)),
                      at_code = is_white_near ? c - code : c + code, unit = 100 / std::max(c, at_code);
-        const std::string range = is_long ? text(R"(, "depth_range": [0, )", code, "]") : "";
+        const std::string range = is_long ? text(R"(, "depth_range": [0, )", found.sign() * code, "]") : "";
         return {Family::planar,
                 is_white_near ? "distance along the view axis, counted from a far plane"
                               : "distance along the view axis, counted from a near plane",
@@ -288,7 +292,7 @@ Guess planar_guess(const Findings& found) {
     }
     const auto [unit, scale] = plausible_unit(found);
     return {Family::planar, "distance along the view axis; " + unit, fits,
-            file(assumed_view + R"(}, "encoding": "view-z")" + scale_key(scale) +
+            file(assumed_view + R"(}, "encoding": "view-z")" + scale_key(found, scale) +
                  apart_keys(found, !found.values.is_float)),
             scale == 1 ? "the angle of view" : "the angle of view and the scale"};
 }
@@ -299,7 +303,7 @@ Guess orthographic_guess(const Findings& found) {
             found.part({Shape::affine}),
             file(R"("orthographic": {"left": -1, "right": 1, "bottom": -1, "top": 1, "near": 0, "far": 100}, )"
                  R"("encoding": "view-z")" +
-                 scale_key(scale) + apart_keys(found, !found.values.is_float)),
+                 scale_key(found, scale) + apart_keys(found, !found.values.is_float)),
             "the six sides of the view, and the unit"};
 }
 
@@ -309,7 +313,7 @@ Guess radial_guess(const Findings& found, bool is_measured) {
     return {Family::radial, "distance along the ray; " + unit, found.part({Shape::ray}),
             file(text(R"("perspective": {"fov_x_deg": )", std::round(100 * degrees) / 100,
                       R"(}, "encoding": "ray-distance")") +
-                 scale_key(scale) + apart_keys(found, !found.values.is_float)),
+                 scale_key(found, scale) + apart_keys(found, !found.values.is_float)),
             is_measured ? "the scale; the angle of view is measured, with the axis in the middle"
                         : "the angle of view"};
 }
@@ -318,9 +322,9 @@ Guess inverse_guess(const Findings& found, bool along_ray = false) {
     return {Family::inverse, along_ray ? "inverse distance along the ray" : "inverse distance: disparity, or 1/z",
             found.part({along_ray ? Shape::inverse_ray : Shape::affine}),
             file(assumed_view + R"(}, "encoding": "inverse")" + (along_ray ? R"(, "along": "ray")" : "") +
-                 R"(, "scale": 1, "offset": 0)" +
+                 text(R"(, "scale": )", found.sign(), R"(, "offset": 0)") +
                  (found.zero.stands_apart && !found.values.is_float ? R"(, "missing": 0)" : "") +
-                 (found.infinite ? R"(, "missing": "infinity")" : "")),
+                 (found.infinite && !found.backwards ? R"(, "missing": "infinity")" : "")),
             "the angle of view, scale (baseline × focal length in pixels) and offset"};
 }
 
@@ -374,9 +378,16 @@ Findings findings_of(const HostDepth& stored, std::vector<std::string>& evidence
         found.infinite |= std::isinf(value);
         values.all.push_back(std::isfinite(value) ? value : not_a_number);
     });
-    const Range all = range_without(values, NAN);
+    Range all = range_without(values, NAN);
     if (all.count == 0)
         return found;
+    found.backwards = all.least < 0 && all.greatest <= 0;
+    if (found.backwards) {
+        evidence.emplace_back("no value is above 0: they count backwards, which a scale below 0 says");
+        for (float& value : values.all)
+            value = -value;
+        all = range_without(values, NAN);
+    }
     if (all.least == 0)
         found.zero = look_at(values, 0);
     const bool is_top = all.greatest == values.largest_code || all.greatest >= huge || all.greatest == largest_half;
@@ -415,6 +426,10 @@ std::vector<Guess> affine_guesses(const Findings& found, bool& decided) {
     const Guess window = window_guess(found, false), reversed = window_guess(found, true),
                 orthographic = orthographic_guess(found), inverse = inverse_guess(found);
     decided = true;
+    if (found.range.least < 0) { // heights, which an orthographic camera sees
+        decided = found.near == Near::less;
+        return {orthographic};
+    }
     if (found.values.is_float && !found.in_unit_range()) {
         if (found.near == Near::less)
             return {orthographic};
@@ -443,8 +458,11 @@ std::vector<Guess> affine_guesses(const Findings& found, bool& decided) {
 std::vector<Guess> plausible_guesses(const Findings& found) {
     const Guess window = window_guess(found, found.by_silhouettes == Near::more), planar = planar_guess(found),
                 radial = radial_guess(found, false), inverse = inverse_guess(found);
-    const bool may_be_window = found.in_unit_range() || found.top.value == found.values.largest_code;
+    const bool may_be_window =
+        found.in_unit_range() || (!found.backwards && found.top.value == found.values.largest_code);
     std::vector<Guess> guesses;
+    if (found.range.least < 0)
+        return {orthographic_guess(found), planar};
     if (found.by_silhouettes != Near::more)
         guesses = {planar, radial};
     if (found.by_silhouettes != Near::less)
@@ -470,7 +488,9 @@ Ranking rank_encodings(const HostDepth& stored) {
         ranking.evidence.emplace_back("no two pixels differ");
         return ranking;
     }
-    const Kind kind = kind_of(found);
+    Kind kind = kind_of(found);
+    if (found.backwards && kind == Kind::exponent) // which no camera has
+        kind = Kind::unknown;
     if (found.planes.patches == 0)
         ranking.evidence.emplace_back("no flat patch tells the readings apart");
     else {

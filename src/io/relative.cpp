@@ -71,9 +71,8 @@ std::pair<cv::Mat, std::string> image_and_channel(const std::filesystem::path& f
         return {jpeg->image, ""};
     if (const auto image = io::read_plain_depth(file, bytes, channel, 0))
         return {*image, ""};
-    refuse(
-        file,
-        "is no image, or its beginning is damaged; relative depth is read from .png, .jpg, .tif, .pfm, .npy, .npz and .exr");
+    refuse(file, "is no image, or its beginning is damaged; relative depth is read from .png, .jpg, .tif, .pfm, .npy, "
+                 ".npz and .exr");
 }
 
 /// What a file stores, as floats.

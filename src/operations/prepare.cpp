@@ -20,7 +20,10 @@ namespace {
 float stored_value(const DepthForm& form, float t) {
     constexpr float widest = 1e6f;
     const float span = form.highest - form.lowest;
-    return span < widest ? form.lowest + t * span : std::clamp(std::exp2(30 * t - 10), form.lowest, form.highest);
+    const bool backwards = form.numerator[0] < 0 || form.highest <= 0;
+    return span < widest
+               ? form.lowest + t * span
+               : std::clamp(std::copysign(std::exp2(30 * t - 10), backwards ? -1.0f : 1.0f), form.lowest, form.highest);
 }
 
 // The bits of one element, least significant byte first.

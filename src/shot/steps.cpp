@@ -102,6 +102,17 @@ bool Steps::is_finished(Work& work) const {
     return records_->is_finished(*work.record, work.frame);
 }
 
+void settle_sky(Camera& camera, const cv::Mat& values) {
+    if (!camera.background_from_largest_half || values.type() != CV_32FC1)
+        return;
+    const bool has_farther = std::any_of(values.begin<float>(), values.end<float>(),
+                                         [](float value) { return value > 65504 && value < 1e10f; });
+    if (has_farther) {
+        camera.background_from_largest_half = false;
+        camera.background_from = 1e10;
+    }
+}
+
 void Steps::load(Work& work) const {
     Loaded& frame = work.frame;
     if (is_relative()) {
@@ -132,6 +143,7 @@ void Steps::load(Work& work) const {
     work.picture_size = picture_size(work);
     work.seen = is_relative() ? relative_camera(depth.values.cols, depth.values.rows, *options_.relative.order)
                               : camera_of(work.camera, depth.windows, work.picture_size);
+    settle_sky(work.seen, depth.values);
     if (work.picture_size && more_.picture)
         frame.windows = {{{0, 0}, *work.picture_size}, *work.picture_size};
     work.source = source_of(more_, frame, depth);
@@ -183,7 +195,9 @@ void Steps::bring_up(Work& work) const {
 }
 
 ReadOptions Steps::read_options(const Work& work) const {
-    return {.channel = options_.channel, .packing = work.camera.packing, .overscan = takes_overscan(work.frame),
+    return {.channel = options_.channel,
+            .packing = work.camera.packing,
+            .overscan = takes_overscan(work.frame),
             .memory = options_.memory};
 }
 

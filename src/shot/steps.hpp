@@ -96,6 +96,9 @@ struct Work {
     std::vector<std::unique_ptr<io::ResultRows>> files; // of the results, if they are made strip by strip
 };
 
+/// In full floats 65504 is the sky only where nothing lies beyond it.
+void settle_sky(Camera& camera, const cv::Mat& values);
+
 /// The steps of an input. Only `compute` goes from input to input in order; the others see nothing but their own.
 /// `apart`: the device waits while files are read.
 class Steps {

@@ -90,6 +90,11 @@ void Steps::stream(Work& work) {
     Loaded& frame = work.frame;
     const cv::Size size = work.rows->size();
     const Storage storage = work.depth.storage;
+    if (work.seen.background_from_largest_half && storage == Storage::float32) {
+        const auto first = io::depth_rows(frame.input, read_options(work));
+        for (const Band& band : strips(work, 0))
+            settle_sky(work.seen, first->read(band.end - band.begin).values);
+    }
     Subject& subject = work.subject;
     find_invalid_value(work);
     subject = Subject(work.seen, storage);

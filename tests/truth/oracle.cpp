@@ -304,8 +304,10 @@ bool Truth::in_range(double v) const {
     case Encoding::view_z:
         return !std::isnan(v);
     case Encoding::ray_distance:
-        return v >= 0;
+        return camera_.scale < 0 ? v <= 0 : v >= 0;
     case Encoding::inverse:
+        if (camera_.scale < 0)
+            return v <= -camera_.offset && (is_float ? v >= -0x1p95 : v >= 0);
         return (is_float ? v >= 0 || camera_.offset != 0 : v >= 0) && v >= -camera_.offset && !(is_float && v > 0x1p95);
     default: {
         const double a = static_cast<double>(quotient_.v_low), b = static_cast<double>(quotient_.v_high);

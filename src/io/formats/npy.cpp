@@ -124,6 +124,17 @@ cv::Mat halves(const std::filesystem::path&, const Layout& layout, const unsigne
     return layout.channels > 1 ? floats : held;
 }
 
+/// As codes, or as floats where some are below 0.
+cv::Mat signed_shorts(const std::filesystem::path& file, const Layout& layout, const unsigned char* data) {
+    bool negative = false;
+    const cv::Mat values =
+        converted<std::int16_t, float>(layout, data, CV_32FC(layout.channels), [&](std::int16_t value, int, int) {
+            negative |= value < 0;
+            return static_cast<float>(value);
+        });
+    return negative ? values : integers<std::int16_t, std::uint16_t, CV_16U>(file, layout, data);
+}
+
 /// A type of elements, as NumPy names it: a letter and the number of bytes.
 struct Type {
     std::string_view name;
@@ -140,7 +151,7 @@ constexpr Type types[] = {{"f2", halves},
                           {"u4", integers<std::uint32_t, std::int32_t, CV_32S>},
                           {"u8", integers<std::uint64_t, std::int32_t, CV_32S>},
                           {"i1", integers<std::int8_t, std::uint8_t, CV_8U>},
-                          {"i2", integers<std::int16_t, std::uint16_t, CV_16U>},
+                          {"i2", signed_shorts},
                           {"i4", integers<std::int32_t, std::int32_t, CV_32S>},
                           {"i8", integers<std::int64_t, std::int32_t, CV_32S>}};
 

@@ -161,8 +161,6 @@ struct Directory {
 void check_samples(const std::filesystem::path& file, const Directory& d) {
     if (d.bits != 8 && d.bits != 16 && d.bits != 32 && d.bits != 64)
         refuse(file, "has samples of " + std::to_string(d.bits) + " bits; save depth as 16-bit or as float");
-    if (d.bits == 16 && d.format == SAMPLEFORMAT_INT)
-        refuse(file, "has signed 16-bit samples; save depth as unsigned 16-bit or as float");
     if (d.bits == 32 && d.format == 0xffff)
         refuse(file,
                "has 32-bit samples without saying of what kind (SampleFormat); save it as signed 32-bit or as float");
@@ -221,6 +219,8 @@ std::optional<int> plain_type(const Directory& d) {
         return CV_8UC(d.samples); // libtiff would multiply the alpha in
     if (d.bits == 16 && (is_unsigned || is_float) && (d.samples == 1 || !grey))
         return CV_16UC(d.samples);
+    if (d.bits == 16 && d.format == SAMPLEFORMAT_INT && d.samples == 1)
+        return CV_16SC1;
     if (d.bits == 32 && (is_unsigned || is_float || d.format == SAMPLEFORMAT_INT))
         return is_float ? CV_32FC(d.samples) : CV_32SC(d.samples);
     return d.bits == 64 && is_float ? std::optional(CV_64FC(d.samples)) : std::nullopt;
@@ -378,8 +378,13 @@ private:
     cv::Mat tile_, row_of_tiles_;
 };
 
-/// Samples as OpenCV has them.
+/// Samples as OpenCV has them. Signed ones of 16 bits are floats, which hold them all.
 cv::Mat in_order(const cv::Mat& samples, const Directory& directory) {
+    if (samples.type() == CV_16SC1) {
+        cv::Mat floats;
+        samples.convertTo(floats, CV_32F);
+        return floats;
+    }
     const cv::Mat image = swap_red_and_blue(samples);
     const bool half = directory.bits == 16 && directory.format == SAMPLEFORMAT_IEEEFP;
     return half ? cv::Mat(image.size(), CV_16FC(image.channels()), image.data, image.step).clone() : image;

@@ -1,0 +1,228 @@
+// Numbers that programs write where there is no depth, and that are no depth unless they are said to be.
+//
+// OpenCV's reprojectImageTo3D writes 10000, libSGM 65520 and more, half floats end at 65504, Blender's sky is 1e10, GDAL's nodata are
+// often -9999 or -32768, and codes of n bits are full. A surface seldom has such a depth, and if it has it, then other surfaces lie
+// just beside it: only a number that many pixels share and that stands apart from all others is told.
+#include "camera/form.hpp"
+#include "doubts/look.hpp"
+#include "doubts/stored_values.hpp"
+#include "text.hpp"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+namespace fathom {
+namespace {
+
+constexpr double many_of_a_number = 0.001; // of the pixels
+constexpr double many_at_the_near = 0.02;  // of the pixels, that no scene has on the near plane itself
+constexpr double apart = 1.25;             // times the value farthest out
+constexpr double round_apart = 4;          // the same for 1000, 10000 and so on, which are distances, too
+constexpr double apart_of_range = 0.25;    // of the range of all others, where a ratio says nothing
+constexpr double above_nothing = 0.01;     // of the largest value: what is nearer may begin at 0
+constexpr double near_gap = 0.05;          // of the range of all others
+constexpr double many_filtered = 0.3;      // of the borders of what has no depth
+constexpr std::size_t least_filtered = 32; // borders
+constexpr float raw_kinect_highest = 1100; // of the values that its 11 bits have, 2047 being none
+
+constexpr bool is_round(double number) {
+    return number >= 1e3 && number < 1e10 && number == std::round(number) &&
+           std::abs(std::log10(number) - std::round(std::log10(number))) < 1e-12;
+}
+
+std::vector<float> numbers_without_depth() {
+    std::vector<float> numbers{-32768, -9999, 0, 9999, 32768, 65504, 1e10f};
+    for (int bits = 8; bits <= 24; ++bits)
+        numbers.push_back(static_cast<float>((1 << bits) - 1));
+    for (int code = 65520; code < 65535; ++code)
+        numbers.push_back(static_cast<float>(code));
+    for (double power = 1e3; power < 1e10; power *= 10)
+        numbers.push_back(static_cast<float>(power));
+    std::ranges::sort(numbers);
+    return numbers;
+}
+
+std::uint32_t bits_of_value(float value, Storage storage) {
+    return storage == Storage::float32 ? std::bit_cast<std::uint32_t>(value)
+           : storage == Storage::float16
+               ? std::uint32_t{Eigen::numext::bit_cast<std::uint16_t>(static_cast<Eigen::half>(value))}
+               : static_cast<std::uint32_t>(value);
+}
+
+// The stored value of the near plane. None where the encoding has none.
+std::optional<float> near_code(const Camera& camera, const DepthForm& form, Storage storage) {
+    if (is_metric(camera.encoding) || camera.encoding == Encoding::median)
+        return std::nullopt;
+    const double end =
+        camera
+            .depth_range[form.farther * static_cast<float>(camera.depth_range[1] - camera.depth_range[0]) > 0 ? 0 : 1] *
+        storage_max(storage);
+    return static_cast<float>(is_float(storage) ? end : std::round(end));
+}
+
+// How many pixels hold a number, and between which values all others with a depth lie.
+struct Others {
+    std::size_t count = 0, surfaces = 0;
+    double least = std::numeric_limits<double>::infinity(), greatest = -least;
+};
+
+Others others_than(float number, const Subject& subject) {
+    Others found;
+    subject.each([&](const HostDepth& values, const HostFloats& z) {
+        std::size_t i = 0;
+        const auto width = static_cast<std::size_t>(z.width);
+        visit_values(values, [&](float value, std::uint32_t) {
+            const float depth = row_of(z, static_cast<int>(i / width))[i % width];
+            ++i;
+            if (value == number)
+                ++found.count;
+            else if (std::isfinite(depth)) {
+                ++found.surfaces;
+                found.least = std::min(found.least, static_cast<double>(value));
+                found.greatest = std::max(found.greatest, static_cast<double>(value));
+            }
+        });
+    });
+    return found;
+}
+
+bool stands_apart(double number, Others others, bool has_depth, bool is_float) {
+    if (others.greatest <= 0) {
+        std::swap(others.least, others.greatest);
+        others.least = -others.least;
+        others.greatest = -others.greatest;
+        number = -number;
+    }
+    const double range = others.greatest - others.least;
+    if (number > others.greatest)
+        return number >= (is_round(number) ? round_apart : apart) * others.greatest;
+    if (number == 0 && !has_depth) // all that is seen is larger
+        return others.least > std::max(above_nothing * others.greatest, is_float ? 0.0 : 8.0);
+    return number < others.least && others.least - number > apart_of_range * range;
+}
+
+} // namespace
+
+SharedNumbers::SharedNumbers(const Camera& camera, Storage storage) : form_(depth_form(camera, storage)) {
+    if (is_metric(camera.encoding))
+        numbers = numbers_without_depth();
+    else if (const auto code = near_code(camera, form_, storage))
+        numbers = {*code};
+    pairs.resize(numbers.size());
+}
+
+void SharedNumbers::add(const HostDepth& row) {
+    std::vector<std::pair<float, bool>> values; // and whether it has no depth
+    values.reserve(static_cast<std::size_t>(row.width));
+    bool has_border = false;
+    float before = std::numeric_limits<float>::quiet_NaN();
+    visit_values(row, [&](float value, std::uint32_t bits) {
+        ++pixels;
+        if (value == before) {
+            const auto found = std::ranges::lower_bound(numbers, value);
+            if (found != numbers.end() && *found == value)
+                ++pairs[static_cast<std::size_t>(found - numbers.begin())];
+            else
+                ++constant;
+        }
+        before = value;
+        values.emplace_back(value, kind_of(form_, value, bits) != StoredKind::depth);
+        has_border |= values.back().second;
+    });
+    if (!has_border)
+        return;
+    // Beside a pixel without depth two that lie between its number and the surface that follows were made by a filter.
+    const auto look_from = [&](const auto& at) {
+        for (std::size_t i = 0; i + 5 < values.size(); ++i) {
+            if (!at(i).second || at(i + 1).second || at(i + 2).second || at(i + 3).second || at(i + 4).second ||
+                at(i + 5).second)
+                continue;
+            const float nothing = at(i).first, surface = at(i + 4).first, step = surface - nothing;
+            const auto is_near = [&](float value) { return std::abs(value - surface) <= 0.02f * std::abs(step); };
+            if (!std::isfinite(step) || step == 0 || !is_near(at(i + 3).first) || !is_near(at(i + 5).first))
+                continue;
+            const float part = (at(i + 1).first - nothing) / step;
+            ++borders;
+            filtered += part > 0.1f && part < 0.9f;
+        }
+    };
+    look_from([&](std::size_t i) { return values[i]; });
+    look_from([&](std::size_t i) { return values[values.size() - 1 - i]; });
+}
+
+std::optional<std::string> special_number_doubt(const Subject& subject) {
+    const Camera& camera = subject.camera;
+    const SharedNumbers& shared = subject.numbers;
+    const DepthForm form = depth_form(camera, subject.storage);
+    const Rays rays = is_along_ray(form) ? camera_rays(camera) : Rays{};
+    const bool floats = is_float(subject.storage);
+    for (std::size_t i = 0; i < shared.numbers.size(); ++i) {
+        const float number_here = shared.numbers[i];
+        if (!(static_cast<double>(shared.pairs[i]) > many_of_a_number * static_cast<double>(shared.pixels)))
+            continue;
+        const auto stored = static_cast<double>(number_here);
+        const bool may_have_depth = number_here >= form.lowest && number_here <= form.highest;
+        const auto z = static_cast<double>(view_depth(form, rays, 0.5 * camera.width, 0.5 * camera.height, stored));
+        const StoredKind kind = kind_of(form, number_here, bits_of_value(number_here, subject.storage));
+        const bool integer_disparity =
+            camera.encoding == Encoding::inverse && !floats && !camera.background && number_here == 0;
+        const bool as_sky = floats && camera.encoding != Encoding::inverse && // which `sky_doubt` tells
+                            (number_here == 65504 || number_here >= 1e9f);
+        const bool has_depth = may_have_depth && z > static_cast<double>(form.least_depth);
+        const bool is_said = kind == StoredKind::missing || (kind == StoredKind::background && !integer_disparity);
+        if (is_said || as_sky || (!has_depth && number_here != 0) || !may_have_depth)
+            continue;
+        const Others others = others_than(number_here, subject);
+        if (others.surfaces == 0 ||
+            !(static_cast<double>(others.count) >= many_of_a_number * static_cast<double>(subject.look.pixels)))
+            continue;
+        if (!is_metric(camera.encoding)) {
+            const double gap = form.farther > 0 ? others.least - stored : stored - others.greatest;
+            if (!(static_cast<double>(others.count) >= many_at_the_near * static_cast<double>(subject.look.pixels)) ||
+                subject.look.background > 0 || !(gap > near_gap * (others.greatest - others.least)))
+                continue;
+            const bool window = camera.encoding == Encoding::window;
+            return text(percent(others.count, subject.look.pixels), " of the pixels hold ", number(stored),
+                        ", which is the near plane, and nothing lies just behind it; if that is the sky, ",
+                        window ? "\"reversed\" is the wrong way round" : "near is white: exchange \"near\" and \"far\"",
+                        "; if nothing was measured there, say \"missing\": ", number(stored, 17));
+        }
+        // A wall that is seen straight on has one depth, too. Neighbours among integers are often alike.
+        const bool may_be_wall = has_depth && !integer_disparity && 2 * shared.constant >= shared.pairs[i] &&
+                                 (floats ? std::abs(stored) < 65504 : is_round(stored));
+        if (may_be_wall || (!integer_disparity && !stands_apart(stored, others, has_depth, floats)))
+            continue;
+        const std::string key = number(stored, 17);
+        if (number_here == 2047 && !floats && others.greatest <= static_cast<double>(raw_kinect_highest))
+            return text(
+                percent(others.count, subject.look.pixels), " of the pixels hold 2047, and no other value is above ",
+                number(others.greatest),
+                ", as in the raw 11 bits of a Kinect; if it is one, say \"encoding\": \"inverse\", \"scale\": -351.3, "
+                "\"offset\": -1092.5, which makes metres, and otherwise \"missing\": 2047");
+        return text(percent(others.count, subject.look.pixels), " of the pixels hold ", key,
+                    ", which stands apart from all other values, ", number(others.least, 4), " to ",
+                    number(others.greatest, 4), ", and counts as ",
+                    integer_disparity ? "infinitely far"
+                    : has_depth       ? text("a depth of ", number(z, 4))
+                                      : "no depth at all",
+                    "; if nothing was measured there, say \"missing\": ", key,
+                    "; if nothing is there, \"background\": ", key);
+    }
+    return std::nullopt;
+}
+
+std::optional<std::string> filtered_doubt(const Subject& subject) {
+    const SharedNumbers& shared = subject.numbers;
+    if (subject.camera.encoding == Encoding::window || shared.filtered < least_filtered ||
+        !(static_cast<double>(shared.filtered) > many_filtered * static_cast<double>(shared.borders)))
+        return std::nullopt;
+    return text("beside pixels without depth ", percent(shared.filtered, shared.borders),
+                " of the values lie between theirs and the surface's, which are no depths: it was filtered or resized; "
+                "take the nearest "
+                "pixel instead (cv::INTER_NEAREST)");
+}
+
+} // namespace fathom
