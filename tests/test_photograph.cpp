@@ -29,6 +29,51 @@ TEST_CASE("photograph: highlights grow smoothly to their peak, and an alpha stay
     CHECK_THROWS_AS(restore_highlights(std::span(light).first(7), 3, 2), std::invalid_argument);
 }
 
+namespace {
+
+double light_of_code(double code) {
+    const double v = code / 255;
+    return v <= 0.04045 ? v / 12.92 : std::pow((v + 0.055) / 1.055, 2.4);
+}
+
+double code_of_light(double light) {
+    return 255 * (light <= 0.0031308 ? 12.92 * light : 1.055 * std::pow(light, 1 / 2.4) - 0.055);
+}
+
+constexpr double pale_codes = 12, lamp_gain = 3.5; // codes that a pale colour may change by; times that a lamp grows at least
+
+} // namespace
+
+TEST_CASE("photograph: of the colours with a channel at white, surfaces stay and lamps grow", "[photograph]") {
+    // The ball of a scene as it was rendered, and the same in other colours; a sky; skin.
+    const std::array<double, 3> surfaces[] = {{196, 236, 255}, {255, 236, 196}, {236, 196, 255}, {255, 196, 236},
+                                              {196, 255, 236}, {135, 206, 255}, {160, 200, 255}, {255, 224, 189},
+                                              {250, 240, 250}, {255, 182, 193}, {230, 245, 255}};
+    for (const auto& codes : surfaces) {
+        std::vector<float> light;
+        for (const double code : codes)
+            light.push_back(static_cast<float>(light_of_code(code)));
+        restore_highlights(light, 3, 4);
+        for (std::size_t c = 0; c < 3; ++c) {
+            CAPTURE(codes[0], codes[1], codes[2], c);
+            CHECK(std::abs(code_of_light(static_cast<double>(light[c])) - codes[c]) <= pale_codes);
+        }
+    }
+    const std::array<double, 3> lamps[] = {{255, 200, 60}, {255, 60, 40},   {60, 100, 255}, {40, 255, 90},
+                                           {255, 90, 20},  {255, 255, 255}, {255, 255, 200}};
+    for (const auto& codes : lamps) {
+        std::vector<float> light;
+        for (const double code : codes)
+            light.push_back(static_cast<float>(light_of_code(code)));
+        const std::vector<float> before = light;
+        restore_highlights(light, 3, 4);
+        for (std::size_t c = 0; c < 3; ++c) {
+            CAPTURE(codes[0], codes[1], codes[2], c);
+            CHECK(light[c] >= static_cast<float>(lamp_gain) * before[c]);
+        }
+    }
+}
+
 TEST_CASE("photograph: depth has its edge where the picture has one, and rows may have gaps", "[photograph]") {
     constexpr int across = 48, down = 32, edge = 21; // which is none of the depth's grid
     std::vector<float> color(std::size_t{across + 5} * down * 3, 77.0f), depth(std::size_t{12 + 3} * 8, -1.0f);

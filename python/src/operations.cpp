@@ -315,7 +315,8 @@ constexpr const char* restore_highlights_text =
     R"(A picture whose white is brighter, which a file of integers has cut off.
 
 color: (H, W, 3) or (H, W, 4) float32, linear light from 0 to 1. Light from 0.97 on grows smoothly, to peak times of itself at 1,
-so that a blur shows lamps as bright discs. Try 1.05 for a JPEG.
+so that a blur shows lamps as bright discs. Two channels have to be that bright, or one of a saturated colour: pale surfaces
+stay as they are. Try 1.05 for a JPEG.
 
 Returns (H, W, 3) or (H, W, 4) float32.)";
 

@@ -14,6 +14,9 @@ def test_highlights_end_at_their_peak():
     assert (restored[0] == [3, 3, 3, 0.5]).all()  # an alpha stays
     assert (restored[1] == light[1]).all()
     assert (fathom.restore_highlights(light, 1) == light).all()
+    pale, lamp = [[[0.552, 0.839, 1]]], [[[1, 0.578, 0.045]]]  # the codes 196, 236, 255 and 255, 200, 60
+    assert numpy.allclose(fathom.restore_highlights(numpy.array(pale, numpy.float32), 4), pale)
+    assert numpy.allclose(fathom.restore_highlights(numpy.array(lamp, numpy.float32), 4), 4 * numpy.array(lamp))
 
 
 def test_depth_takes_its_edges_from_the_picture():

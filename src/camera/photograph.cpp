@@ -126,10 +126,22 @@ std::vector<float> upsample_along_edges(const HostFloats& depth, const HostFloat
 
 void restore_highlights_of(float* pixels, std::size_t count, int channels, double peak) {
     constexpr double from = 0.97;
+    constexpr double saturated = 0.11, pale = 0.2; // smallest channel over the largest
+    const auto white = [](double channel) {
+        const double over = std::clamp((channel - from) / (1 - from), 0.0, 1.0);
+        return over * over;
+    };
     for (float* pixel = pixels; count > 0; --count, pixel += channels) {
-        const double brightest = static_cast<double>(std::max({pixel[0], pixel[1], pixel[2]}));
-        const double over = brightest > from ? std::min((brightest - from) / (1 - from), 1.0) : 0;
-        const auto gain = static_cast<float>(1 + (peak - 1) * over * over);
+        std::array<double, 3> sorted{static_cast<double>(pixel[0]), static_cast<double>(pixel[1]),
+                                     static_cast<double>(pixel[2])};
+        std::sort(sorted.begin(), sorted.end());
+        const auto [least, middle, most] = sorted;
+        if (!(most > from))
+            continue;
+        // A lamp that is brighter than white clips a second channel as well, unless its colour is saturated. One channel at
+        // white is else a pale surface or the sky, whose other channels say how bright it is.
+        const double colored = std::clamp((pale - least / most) / (pale - saturated), 0.0, 1.0) * white(most);
+        const auto gain = static_cast<float>(1 + (peak - 1) * std::max(white(middle), colored));
         for (int c = 0; c < 3; ++c)
             pixel[c] *= gain;
     }
