@@ -100,6 +100,47 @@ cv::Mat codes(const cv::Mat& depth, double scale) {
     return result;
 }
 
+/// A box of a room, seen from its inside: distances in all directions, twice as wide as high.
+cv::Mat all_directions() {
+    cv::Mat depth(64, 128, CV_32FC1);
+    for (int y = 0; y < depth.rows; ++y)
+        for (int x = 0; x < depth.cols; ++x) {
+            const double along = (x + 0.5) / depth.cols * 2 * std::numbers::pi,
+                         up = (0.5 - (y + 0.5) / depth.rows) * std::numbers::pi;
+            const double direction[] = {std::cos(up) * std::sin(along), std::sin(up), std::cos(up) * std::cos(along)};
+            constexpr double before[] = {4.2, 1.4, 2.1}, behind[] = {2.3, 1.2, 6.4};
+            double distance = 1e9;
+            for (int i = 0; i < 3; ++i)
+                distance = std::min(distance, direction[i] > 0 ? before[i] / direction[i] : -behind[i] / direction[i]);
+            depth.at<float>(y, x) = static_cast<float>(distance);
+        }
+    return depth;
+}
+
+/// A pinhole's picture of that shape: a corridor with a floor and a ceiling, as wide on either side.
+cv::Mat corridor() {
+    cv::Mat depth(64, 128, CV_32FC1);
+    for (int y = 0; y < depth.rows; ++y)
+        for (int x = 0; x < depth.cols; ++x)
+            depth.at<float>(y, x) =
+                static_cast<float>(1 / std::max({std::abs(x + 0.5 - 64) / 100, std::abs(y + 0.5 - 32) / 60, 0.05}));
+    return depth;
+}
+
+/// Millimetres whose bits are rotated left by three.
+cv::Mat rotated(double farthest) {
+    cv::Mat result = codes(metres() * farthest / 10, 1000);
+    for (auto& code : cv::Mat_<std::uint16_t>(result))
+        code = std::rotl(code, 3);
+    return result;
+}
+
+cv::Mat eight_bits(const cv::Mat& depth, double scale) {
+    cv::Mat result;
+    depth.convertTo(result, CV_8U, scale);
+    return result;
+}
+
 /// Codes without any surface.
 cv::Mat noise(int columns, int rows) {
     std::mt19937 random(3);
@@ -207,6 +248,13 @@ std::vector<Mistake> mistakes() {
                {"distances of a perspective camera"}),
         warned("a depth buffer far away as distances", far_buffer(), "a.exr", view_z,
                {"as in a depth buffer", "\"encoding\": \"window\""}),
+        warned("bits that are rotated", rotated(12), "a.png", wide + R"(, "encoding": "view-z", "scale": 0.000125)",
+               {"multiples of 8 but for some", "\"packing\": \"uint16-rotated\"", "sunrgbd"}),
+        warned("millimetres in 8 bits", eight_bits(metres(), 25), "a.png",
+               wide + R"(, "encoding": "view-z", "scale": 0.001, "packing": "uint8")", {"end at 0.255", "\"scale\""}),
+        warned("the bits of half floats", codes(metres(), 2500), "a.png", view_z, {"half floats, save them as floats"}),
+        warned("a picture of all directions", all_directions(), "a.exr", wide + R"(, "encoding": "ray-distance")",
+               {"left and right columns continue each other", "cut it into views"}),
         warned("disparity without a scale", plane([](double z, double) { return 500 / z; }), "a.exr",
                wide + R"(, "encoding": "inverse")", {"disparity without its \"scale\"", "focal length in pixels"}),
         warned("a third is Nuke's sky", metres(0.6, 0), "a.exr", view_z,
@@ -339,6 +387,13 @@ std::vector<Mistake> mistakes() {
         warned("a PNG of few codes", metres(), "a.exr", view_z, {"leaves 7 codes of 65535", "--png-scale 0.099"},
                {"linearize", "--png-scale", "0.00001"}, "z.png"),
         // What is right
+        right("millimetres in steps of 8", codes(metres(), 125) * 8, "a.png",
+              wide + R"(, "encoding": "view-z", "scale": 0.001)"),
+        right("bits that are rotated back", rotated(12), "a.png",
+              wide + R"(, "encoding": "view-z", "scale": 0.001, "packing": "uint16-rotated")"),
+        right("8 bits of metres", eight_bits(metres(), 20), "a.png",
+              wide + R"(, "encoding": "view-z", "scale": 0.05, "packing": "uint8")"),
+        right("a corridor twice as wide as high", corridor(), "a.exr", view_z),
         right("two channels and the right one", two_channels(), "a.exr", view_z, {"linearize", "--channel", "left.Z"}),
         right("1/z as it is", plane([](double z, double) { return 1 / z; }), "a.exr",
               wide + R"(, "encoding": "inverse")"),

@@ -106,6 +106,9 @@ std::optional<std::string> flat_surfaces_doubt(const Subject& subject);
 /// The one where many pixels hold a number that is probably no depth.
 std::optional<std::string> special_number_doubt(const Subject& subject);
 
+/// Those where another source than the camera's probably wrote it.
+std::vector<std::string> other_source_doubts(const Subject& subject);
+
 /// The one where a filter has mixed depth with what is none.
 std::optional<std::string> filtered_doubt(const Subject& subject);
 

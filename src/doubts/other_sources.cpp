@@ -1,0 +1,110 @@
+// Doubts about what wrote an image: bits that another source turns or packs, and pictures of all directions.
+#include "doubts/look.hpp"
+
+#include "doubts/stored_values.hpp"
+#include "text.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <vector>
+
+namespace fathom {
+namespace {
+
+using Doubt = std::optional<std::string>;
+
+// Codes of 16 bits that hold something else than a distance in their three lowest bits.
+Doubt low_bits_doubt(const Subject& subject) {
+    std::array<std::size_t, 8> ends{};
+    subject.each([&](const HostDepth& values, const HostFloats&) {
+        visit_values(values, [&](float, std::uint32_t bits) { ends[bits & 7] += bits != 0; });
+    });
+    std::size_t all = 0, most = 0;
+    for (std::size_t i = 0; i < ends.size(); ++i) {
+        all += ends[i];
+        most = i > 0 ? std::max(most, ends[i]) : most;
+    }
+    const std::size_t others = all - ends[0];
+    constexpr std::size_t few = 16;
+    // Noise has all ends alike, and depth that is rounded to a multiple of 8 has one.
+    const bool is_rotated = others >= few && 5 * ends[0] >= 4 * all && 5 * most >= 4 * others;
+    if (!is_rotated)
+        return std::nullopt;
+    return "its codes are multiples of 8 but for some, which end alike, as in SUN RGB-D, whose bits are rotated left "
+           "by "
+           "three; if it is from there, say \"packing\": \"uint16-rotated\", or --preset sunrgbd";
+}
+
+// 256 steps that are too small for a scene.
+Doubt eight_bits_doubt(const Subject& subject) {
+    const double end = 255 * std::abs(subject.camera.scale);
+    if (end > 0.5)
+        return std::nullopt;
+    return text("its 8 bits times the scale of ", number(subject.camera.scale), " end at ", number(end, 3),
+                "; depth in millimetres has 16 bits. Is it a picture of depth, or \"scale\" that of other files?");
+}
+
+// Pictures of all directions are twice as wide as high, and their last column lies beside the first.
+Doubt panorama_doubt(const Subject& subject) {
+    const int width = subject.camera.width, height = subject.camera.height;
+    constexpr int least_height = 32;
+    if (width != 2 * height || height < least_height || !subject.camera.projection.is_perspective())
+        return std::nullopt;
+    std::vector<float> step, seam, half, mirrored; // of the rows, relative to the depth
+    subject.each([&](const HostDepth&, const HostFloats& z) {
+        if (z.width != width)
+            return; // a sample
+        for (int y = 0; y < z.height; ++y) {
+            const std::span<const float> row = row_of(z, y);
+            const auto between = [&](int a, int b) {
+                const float one = row[static_cast<std::size_t>(a)], other = row[static_cast<std::size_t>(b)];
+                return std::abs(one - other) / std::max(one, other);
+            };
+            const std::array<float, 4> all{between(0, 1), between(0, width - 1), between(0, width / 2),
+                                           between(width / 4, width - 1 - width / 4)};
+            if (!std::ranges::all_of(all, [](float v) { return std::isfinite(v); }))
+                continue;
+            step.push_back(all[0]);
+            seam.push_back(all[1]);
+            half.push_back(all[2]);
+            mirrored.push_back(all[3]);
+        }
+    });
+    if (2 * step.size() < static_cast<std::size_t>(height))
+        return std::nullopt;
+    const auto quantile = [](std::vector<float>& values, double part) {
+        const auto at = values.begin() + static_cast<std::ptrdiff_t>(part * static_cast<double>(values.size()));
+        std::ranges::nth_element(values, at);
+        return static_cast<double>(*at);
+    };
+    const double beside = 3 * quantile(step, 0.75) + 0x1p-12;
+    // A floor or a wall has all of a row alike, and a corridor its two halves.
+    if (quantile(seam, 0.75) > beside || quantile(half, 0.5) < 10 * beside || quantile(mirrored, 0.5) < 10 * beside)
+        return std::nullopt;
+    return "it is twice as wide as high, and its left and right columns continue each other, as in a picture of all "
+           "directions (equirectangular), which no \"perspective\" describes; cut it into views first";
+}
+
+} // namespace
+
+std::vector<std::string> other_source_doubts(const Subject& subject) {
+    const Camera& camera = subject.camera;
+    const bool distances = camera.encoding == Encoding::view_z || camera.encoding == Encoding::ray_distance;
+    std::vector<std::string> said;
+    const auto add = [&](const Doubt& doubt) {
+        if (doubt)
+            said.push_back(*doubt);
+    };
+    if (distances && subject.storage == Storage::uint16)
+        add(low_bits_doubt(subject));
+    if (distances && subject.storage == Storage::uint8)
+        add(eight_bits_doubt(subject));
+    add(panorama_doubt(subject));
+    return said;
+}
+
+} // namespace fathom
