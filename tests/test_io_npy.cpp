@@ -425,7 +425,7 @@ TEST_CASE("npy: equal channels of 16 bits or floats are one, and colours are ref
         CHECK(same(read_depth(folder / name).values, grey));
         colors.at<cv::Vec3f>(2, 3)[1] += 0.25f;
         write_image(folder / name, colors);
-        check_says([&] { read_depth(folder / name); }, {"has colours, as at pixel (3, 2)"});
+        check_says([&] { read_depth(folder / name); }, {"with 3 channels, which holds no depth"});
     }
     cv::Mat codes(rows, cols, CV_16UC1), colors;
     cv::randu(codes, 0, 65535);

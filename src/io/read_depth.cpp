@@ -92,7 +92,8 @@ DepthFile interpreted(const std::filesystem::path& file, const cv::Mat& image, s
         return {bgr, *storage, {}};
     }
     if (!packing && image.channels() >= 3 && image.depth() != CV_8U) // some programs write R = G = B
-        return interpreted(file, io::only_channel(file, image), packing, greys, first_row);
+        if (const auto grey = io::if_any([&] { return io::only_channel(file, image); }))
+            return interpreted(file, *grey, packing, greys, first_row);
     if (image.channels() == 1) {
         if (packing && image.type() != CV_32SC1)
             refuse_packing("32-bit integers");
