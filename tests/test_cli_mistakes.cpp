@@ -135,6 +135,12 @@ cv::Mat rotated(double farthest) {
     return result;
 }
 
+cv::Mat half_bits() {
+    cv::Mat half;
+    (1000 * metres()).convertTo(half, CV_16F);
+    return cv::Mat(half.size(), CV_16UC1, half.data).clone();
+}
+
 cv::Mat eight_bits(const cv::Mat& depth, double scale) {
     cv::Mat result;
     depth.convertTo(result, CV_8U, scale);
@@ -252,7 +258,7 @@ std::vector<Mistake> mistakes() {
                {"multiples of 8 but for some", "\"packing\": \"uint16-rotated\"", "sunrgbd"}),
         warned("millimetres in 8 bits", eight_bits(metres(), 25), "a.png",
                wide + R"(, "encoding": "view-z", "scale": 0.001, "packing": "uint8")", {"end at 0.255", "\"scale\""}),
-        warned("the bits of half floats", codes(metres(), 2500), "a.png", view_z, {"half floats, save them as floats"}),
+        warned("the bits of half floats", half_bits(), "a.png", view_z, {"half floats, save them as floats"}),
         warned("a picture of all directions", all_directions(), "a.exr", wide + R"(, "encoding": "ray-distance")",
                {"left and right columns continue each other", "cut it into views"}),
         warned("disparity without a scale", plane([](double z, double) { return 500 / z; }), "a.exr",

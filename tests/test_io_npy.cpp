@@ -4,6 +4,7 @@
 
 #include <fathom/io.hpp>
 
+#include <tiffio.h>
 #include <zlib.h>
 
 using namespace fathom;
@@ -431,7 +432,7 @@ TEST_CASE("npy: equal channels of 16 bits or floats are one, and colours are ref
         CHECK(same(read_depth(folder / name).values, grey));
         colors.at<cv::Vec3f>(2, 3)[1] += 0.25f;
         write_image(folder / name, colors);
-        check_says([&] { read_depth(folder / name); }, {"has colours, as at pixel (3, 2)"});
+        check_says([&] { read_depth(folder / name); }, {"with 3 channels, which holds no depth"});
     }
     cv::Mat codes(rows, cols, CV_16UC1), colors;
     cv::randu(codes, 0, 65535);
@@ -455,4 +456,54 @@ TEST_CASE("npy: a grey map may be a text", "[io]") {
     for (const char* bad : {"P2 3 2 65535 0 1 2 3 4", "P2 2 1 255 0 256", "P2 2 1 65535 0 -1", "P2 2 1 65535 0 x",
                             "P2 30000 30000 65535 0 1", "P2 2 1 65535"})
         check_says([&] { read_depth(put(folder / "bad.pgm", std::string(bad))); }, {"bad.pgm: "});
+}
+
+TEST_CASE("npy: a grey map that counts to another number is lengths as it counts, and no fraction of a range", "[io]") {
+    const Folder folder;
+    for (const char* text : {"P5 3 1 2047 \x03\xe8\x07\xd0\x07\xff", "P2 3 1 2047 1000 2000 2047"}) {
+        const std::string file = put(fs::path(folder / "raw.pgm"), std::string(text)).string();
+        const DepthFile found = read_depth(file, {.as_counted = true});
+        CHECK(found.storage == Storage::uint16);
+        CHECK(same(found.values, (cv::Mat_<std::uint16_t>(1, 3) << 1000, 2000, 2047)));
+        check_says([&] { read_depth(file); }, {"raw.pgm: counts to 2047"});
+        write(folder / "mm.json", R"({"perspective": {"fov_y_deg": 60}, "encoding": "view-z", "scale": 0.001})");
+        check_done({"linearize", file, "--camera", folder / "mm.json", "-o", folder / "out/z.npy", "--quiet"});
+        CHECK(same(channel(folder / "out/z.npy"), (cv::Mat_<float>(1, 3) << 1.f, 2.f, 2.047f)));
+        write(folder / "window.json", R"({"perspective": {"fov_y_deg": 60, "near": 0.1, "far": 9}})");
+        check_refused({"linearize", file, "--camera", folder / "window.json", "-o", folder / "out/w.npy"}, 1,
+                      "or say that they are lengths");
+    }
+}
+
+TEST_CASE("npy: a TIFF of doubles is read as floats, and its pages are told", "[io]") {
+    const Folder folder;
+    const std::string file = folder / "a.tif", camera = folder / "camera.json";
+    cv::Mat doubles(rows, cols, CV_64FC1), floats;
+    cv::randu(doubles, 1, 2);
+    doubles.convertTo(floats, CV_32F);
+    cv::imwrite(file, doubles);
+    CHECK(same(read_depth(file).values, floats));
+    write(camera, R"({"perspective": {"fov_y_deg": 60}, "encoding": "view-z"})");
+    const Arguments linearize{"linearize", file, "--camera", camera, "-o", folder / "out/z.npy", "--quiet"};
+    check_done(linearize);
+    const auto with = [&](std::uint32_t kind, std::uint32_t second) { // of the second image
+        TIFF* const tiff = TIFFOpen(file.c_str(), "w");
+        for (const std::uint32_t type : {kind, second}) {
+            TIFFSetField(tiff, TIFFTAG_SUBFILETYPE, type);
+            TIFFSetField(tiff, TIFFTAG_IMAGEWIDTH, 2);
+            TIFFSetField(tiff, TIFFTAG_IMAGELENGTH, 1);
+            TIFFSetField(tiff, TIFFTAG_BITSPERSAMPLE, 32);
+            TIFFSetField(tiff, TIFFTAG_SAMPLEFORMAT, SAMPLEFORMAT_IEEEFP);
+            TIFFSetField(tiff, TIFFTAG_PHOTOMETRIC, PHOTOMETRIC_MINISBLACK);
+            float row[] = {1, 2};
+            TIFFWriteScanline(tiff, row, 0, 0);
+            TIFFWriteDirectory(tiff);
+        }
+        TIFFClose(tiff);
+        return run(linearize).err;
+    };
+    CHECK(contains(with(FILETYPE_PAGE, FILETYPE_PAGE), "a.tif: has 2 pages, and the first is taken"));
+    CHECK(contains(with(0, 0), "a.tif: has 2 pages, and the first is taken"));
+    CHECK(with(0, FILETYPE_REDUCEDIMAGE).empty());
+    CHECK(with(0, FILETYPE_MASK).empty());
 }

@@ -81,9 +81,10 @@ Doubt panorama_doubt(const Subject& subject) {
         std::ranges::nth_element(values, at);
         return static_cast<double>(*at);
     };
-    const double beside = 3 * quantile(step, 0.75) + 0x1p-12;
+    const double little = quantile(step, 0.5), much = std::max(0.1, 4 * little);
     // A floor or a wall has all of a row alike, and a corridor its two halves.
-    if (quantile(seam, 0.75) > beside || quantile(half, 0.5) < 10 * beside || quantile(mirrored, 0.5) < 10 * beside)
+    if (quantile(seam, 0.75) > 1.5 * quantile(step, 0.75) + 0x1p-12 || quantile(half, 0.5) < much ||
+        quantile(mirrored, 0.5) < much)
         return std::nullopt;
     return "it is twice as wide as high, and its left and right columns continue each other, as in a picture of all "
            "directions (equirectangular), which no \"perspective\" describes; cut it into views first";

@@ -93,16 +93,18 @@ std::optional<cv::Mat> read_plain(const std::filesystem::path& file, const std::
 }
 
 std::optional<cv::Mat> read_plain(const std::filesystem::path& file, const Bytes& bytes) {
-    return read_plain_depth(file, bytes, {}, 0);
+    return read_plain_depth(file, bytes, {});
 }
 
-std::optional<cv::Mat> read_plain_depth(const std::filesystem::path& file, const Bytes& bytes, const std::string& name,
-                                        std::size_t memory) {
-    if (auto array = read_npz(file, bytes, name, memory))
+std::optional<cv::Mat> read_plain_depth(const std::filesystem::path& file, const Bytes& bytes,
+                                        const ReadOptions& options) {
+    if (auto array = read_npz(file, bytes, options.channel, options.memory))
         return array;
-    if (!name.empty())
-        refuse(file, "is no OpenEXR file and has no channel \"" + name + "\"; leave --channel out");
-    for (const auto read : {read_png, read_tiff, read_netpbm, read_npy, read_colmap_map})
+    if (!options.channel.empty())
+        refuse(file, "is no OpenEXR file and has no channel \"" + options.channel + "\"; leave --channel out");
+    if (auto image = read_netpbm(file, bytes, options.as_counted))
+        return image;
+    for (const auto read : {read_png, read_tiff, read_npy, read_colmap_map})
         if (auto image = read(file, bytes))
             return image;
     const std::string_view begin(reinterpret_cast<const char*>(bytes.data()), std::min<std::size_t>(bytes.size(), 6));

@@ -72,7 +72,9 @@ int exr_part_of(const std::filesystem::path& file, const std::string& channel);
 /// Refused: whatever is cut short or contradicts itself, which codecs tend to fill with zeros or garbage.
 std::optional<cv::Mat> read_png(const std::filesystem::path& file, const Bytes& bytes);
 std::optional<cv::Mat> read_tiff(const std::filesystem::path& file, const Bytes& bytes);
-std::optional<cv::Mat> read_netpbm(const std::filesystem::path& file, const Bytes& bytes);
+/// The images of a TIFF of full size: masks and smaller copies do not count. 1 for any other file.
+int tiff_pages(const std::filesystem::path& file);
+std::optional<cv::Mat> read_netpbm(const std::filesystem::path& file, const Bytes& bytes, bool as_counted = false);
 std::optional<cv::Mat> read_npy(const std::filesystem::path& file, const Bytes& bytes);
 /// An array of an archive; the only one without a name. `memory`: bytes that it may take, 0: what this process may.
 std::optional<cv::Mat> read_npz(const std::filesystem::path& file, const Bytes& bytes, const std::string& name,
@@ -92,8 +94,8 @@ std::optional<cv::Mat> read_plain(const std::filesystem::path& file, const std::
 std::optional<cv::Mat> read_plain(const std::filesystem::path& file, const Bytes& bytes);
 
 /// The same of depth, which may be one of several arrays. Refuses a name where there is but one image.
-std::optional<cv::Mat> read_plain_depth(const std::filesystem::path& file, const Bytes& bytes, const std::string& name,
-                                        std::size_t memory);
+std::optional<cv::Mat> read_plain_depth(const std::filesystem::path& file, const Bytes& bytes,
+                                        const ReadOptions& options);
 
 /// The bytes for `read_plain`; only the first ones if no image begins so. A file that is far longer than its image is refused.
 Bytes read_image_file(const std::filesystem::path& file);

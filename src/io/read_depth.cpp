@@ -188,7 +188,13 @@ DepthFile interpreted(const std::filesystem::path& file, const cv::Mat& image, s
         return {bgr, *storage, {}};
     }
     if (!packing && image.channels() >= 3 && image.depth() != CV_8U) // some programs write R = G = B
-        return interpreted(file, io::only_channel(file, image), packing, colors, first_row);
+        if (const auto grey = io::if_any([&] { return io::only_channel(file, image); }))
+            return interpreted(file, *grey, packing, colors, first_row);
+    if (image.depth() == CV_64F) {
+        cv::Mat floats;
+        image.convertTo(floats, CV_32F);
+        return interpreted(file, floats, packing, colors, first_row);
+    }
     if (image.channels() == 1) {
         if (packing && image.type() != CV_32SC1)
             refuse_packing("32-bit integers");
@@ -262,7 +268,7 @@ DepthFile read_depth(const std::filesystem::path& file, const ReadOptions& optio
     if (const auto rows = io::depth_rows(file, options, io::most_pixels))
         return io::whole(file, *rows);
     return io::within_memory(file, [&] {
-        const auto image = io::read_plain_depth(file, io::read_image_file(file), options.channel, options.memory);
+        const auto image = io::read_plain_depth(file, io::read_image_file(file), options);
         if (!image)
             refuse(file, "is no image that holds depth, or its beginning is damaged; depth is read from .exr, .tif, "
                          ".pfm, .npy, .npz, COLMAP's .bin, 16-bit .png and 16-bit .pgm");

@@ -69,7 +69,7 @@ std::pair<cv::Mat, std::string> image_and_channel(const std::filesystem::path& f
     const io::Bytes bytes = io::read_image_file(file);
     if (const auto jpeg = io::read_jpeg(file, bytes))
         return {jpeg->image, ""};
-    if (const auto image = io::read_plain_depth(file, bytes, channel, 0))
+    if (const auto image = io::read_plain_depth(file, bytes, {.channel = channel}))
         return {*image, ""};
     refuse(file, "is no image, or its beginning is damaged; relative depth is read from .png, .jpg, .tif, .pfm, .npy, "
                  ".npz and .exr");

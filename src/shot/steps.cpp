@@ -6,6 +6,7 @@
 #include "camera_file/key_doubts.hpp"
 #include "io/exr/depth_channels.hpp"
 #include "io/floats_on_host.hpp"
+#include "io/formats.hpp"
 #include "terminal/messages.hpp"
 
 #include <fathom/error.hpp>
@@ -51,6 +52,15 @@ std::vector<std::string> channel_doubts(const std::filesystem::path& file, const
         return {};
     return {fmt::format("channel \"{}\" is taken, but {} could be depth, too; name the right one with --channel", taken,
                         one_of(others))};
+}
+
+// Images of a TIFF beside the first.
+std::vector<std::string> page_doubts(const std::filesystem::path& file) {
+    const int pages = io::tiff_pages(file);
+    if (pages == 1)
+        return {};
+    return {fmt::format("has {} pages, and the first is taken; save the right one alone, for instance with tiffsplit",
+                        pages)};
 }
 
 Held held(const std::string& channel, const Look& look) {
@@ -149,7 +159,8 @@ void Steps::load(Work& work) const {
     work.source = source_of(more_, frame, depth);
     check_append(work);
     if (!is_relative())
-        work.channel_doubts = channel_doubts(frame.input, options_.channel, depth.channel);
+        work.channel_doubts = depth.channel.empty() ? page_doubts(frame.input)
+                                                    : channel_doubts(frame.input, options_.channel, depth.channel);
 }
 
 // The size of the picture, if it is another than the depth's.
@@ -198,6 +209,7 @@ ReadOptions Steps::read_options(const Work& work) const {
     return {.channel = options_.channel,
             .packing = work.camera.packing,
             .overscan = takes_overscan(work.frame),
+            .as_counted = is_metric(work.camera.camera.encoding),
             .memory = options_.memory};
 }
 

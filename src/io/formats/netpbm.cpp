@@ -64,7 +64,7 @@ cv::Mat codes_in(const std::filesystem::path& file, std::string_view text, cv::S
 
 } // namespace
 
-std::optional<cv::Mat> read_netpbm(const std::filesystem::path& file, const Bytes& bytes) {
+std::optional<cv::Mat> read_netpbm(const std::filesystem::path& file, const Bytes& bytes, bool as_counted) {
     const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
     std::size_t at = 0;
     const auto magic = text.substr(0, 3);
@@ -78,10 +78,12 @@ std::optional<cv::Mat> read_netpbm(const std::filesystem::path& file, const Byte
     const auto height = number<long long>(file, word(text, at));
     check_size(file, width, height);
     const auto scale = number<double>(file, word(text, at)); // of a grey map: its largest value
-    if (!floats && scale > 255 && scale != 65535)
-        refuse(file, "counts to " + std::to_string(static_cast<long long>(std::min(scale, 1e9))) +
-                         ", but only 16-bit codes that count to 65535 are depth; stretch them to that range");
-    if (!floats && !(scale >= 255)) // or no number
+    if (!floats && scale > 255 && (as_counted ? scale > 65535 : scale != 65535))
+        refuse(file,
+               "counts to " + std::to_string(static_cast<long long>(std::min(scale, 1e9))) +
+                   ", but only 16-bit codes that count to 65535 are fractions of a range; stretch them to that range, "
+                   "or say that they are lengths (\"encoding\": \"view-z\", \"scale\")");
+    if (!floats && !(scale >= (as_counted ? 1 : 255))) // or no number
         refuse(file, "counts to " + std::to_string(static_cast<long long>(scale > 0 ? scale : 0)) +
                          ", but 8-bit codes are taken to count to 255; stretch them to that range");
     if (magic[1] == '2')

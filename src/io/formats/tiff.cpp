@@ -513,6 +513,20 @@ std::optional<cv::Mat> read_tiff(const std::filesystem::path& file, const Bytes&
     return in_order(upright(image, tiff.directory.orientation), tiff.directory);
 }
 
+int tiff_pages(const std::filesystem::path& file) {
+    constexpr int most = 1000; // to count more tells nobody more
+    std::array<char, 4> begin{};
+    std::ifstream(file, std::ios::binary).read(begin.data(), begin.size());
+    if (!begins_like_tiff({begin.data(), begin.size()}))
+        return 1;
+    OpenFile from(file);
+    const Tiff tiff = open(from.stream, "r");
+    int pages = 1;
+    while (tiff && pages < most && TIFFReadDirectory(tiff.get()) == 1)
+        pages += (field(tiff.get(), TIFFTAG_SUBFILETYPE, 0u) & (FILETYPE_REDUCEDIMAGE | FILETYPE_MASK)) == 0;
+    return pages;
+}
+
 std::unique_ptr<TiffRows> tiff_rows(const std::filesystem::path& file, long long most) {
     std::array<char, 4> begin{};
     std::ifstream(file, std::ios::binary).read(begin.data(), begin.size());
