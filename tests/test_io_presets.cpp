@@ -152,6 +152,7 @@ std::vector<Truth> truths() {
         {"sunrgbd:" + intrinsics, check_codes, {{12000, 1.5}, {6465, 9}, {0, invalid}}},
         {"tum:" + intrinsics, check_codes, {{5000, 1}, {0, invalid}}},
         {"unreal-cm:" + wide, check_floats, {{250, 2.5}, {65504, nothing}}},
+        {"unreal-cm:" + wide, check_floats, {{250, 2.5}, {65505, 655.05}, {192000, 1920}, {1e10, nothing}}},
         {"unreal-meters:" + wide, check_floats, {{2.5, 2.5}, {65504, nothing}}},
         {"vkitti2:" + intrinsics, check_codes, {{1500, 15}, {65535, nothing}, {65534, 655.34}}},
         {"vray-z:near=2,far=12," + wide, check_floats, {{0.25, 4.5}, {0, 2}, {1, nothing}}},

@@ -394,6 +394,29 @@ TEST_CASE("ranking: every camera file to start from is one") {
                 }
 }
 
+TEST_CASE("ranking: values below 0 get cameras under which they are depths") {
+    const Seen view = seen(scene::room(), 73);
+    const std::pair<Family, Value> kinds[] = {{Family::planar, [](const Place& p) { return -p.z; }},
+                                              {Family::radial, [](const Place& p) { return -p.along_ray; }},
+                                              {Family::inverse, [](const Place& p) { return -1 / p.z; }}};
+    for (const auto& [family, value] : kinds) {
+        const DepthFile stored = image_of<float>(view, CV_32FC1, Storage::float32, value);
+        const Ranking ranking = rank_encodings(host(stored));
+        REQUIRE(!ranking.guesses.empty());
+        CHECK(ranking.guesses.front().family == family);
+        for (const Guess& guess : ranking.guesses) {
+            INFO(guess.camera_file);
+            const TempFolder folder;
+            const Camera camera =
+                camera_for(read_camera(put(folder / "camera.json", guess.camera_file)), view.width, view.height);
+            const double x = view.width / 2, y = view.height / 2;
+            const auto middle = static_cast<double>(stored.values.at<float>(view.height / 2, view.width / 2));
+            CHECK(view_depth(camera, Storage::float32, x, y, middle) > 0);
+            CHECK(camera.scale < 0);
+        }
+    }
+}
+
 TEST_CASE("ranking: 1920 x 1080 pixels take less than a second", "[slow]") {
     constexpr double most_seconds = 1;
     if (places::sanitized) {

@@ -393,7 +393,9 @@ TEST_CASE("linearize: what was not measured is invalid, and from background_from
     check(backwards, {-INFINITY, -4, -1000, -5000, -999, 1000}, {INFINITY, 8, INFINITY, INFINITY, 1998, NAN});
     backwards.encoding = Encoding::inverse; // z = -2/v
     backwards.background_from = -0.25;
-    check(backwards, {-0.25f, -0.125f, 0, -0.5f, 0.5f, 1e9f}, {INFINITY, INFINITY, INFINITY, 4, NAN, NAN});
+    check(backwards, {-0.25f, -0.125f, 0, -0.5f, 0.5f, 1e9f}, {INFINITY, INFINITY, INFINITY, 4, INFINITY, INFINITY});
+    backwards.background_from.reset();
+    check(backwards, {-0.25f, -0.125f, 0, -0.5f, 0.5f, 1e9f}, {8, 16, INFINITY, 4, NAN, NAN});
     const std::vector<std::uint16_t> raw{0, 1091, 1092, 1093, 2047, 600}; // Kinect's, z = 351.3/(1092.5 - v)
     Camera kinect = with(wide, 6);
     kinect.encoding = Encoding::inverse;

@@ -264,6 +264,8 @@ void Truth::set_encoding() {
 }
 
 Quad Truth::depth(double v, double x, double y) const {
+    if (is_infinitely_far(v))
+        return HUGE_VAL;
     if (camera_.along == Along::ray)
         return along_ray(quotient_.at(v, x, y), x, y);
     switch (camera_.encoding) {
@@ -277,11 +279,18 @@ Quad Truth::depth(double v, double x, double y) const {
     }
 }
 
+// From whichever side it is counted: scale / 0 has the sign of neither.
+bool Truth::is_infinitely_far(double v) const {
+    return camera_.encoding == Encoding::inverse && v == -camera_.offset;
+}
+
 Quad Truth::beyond_centre() const {
     return camera_.from_near_plane ? quad(camera_.near_plane.value_or(0)) : Quad{0};
 }
 
 long double Truth::quick_depth(double v, double x, double y) const {
+    if (is_infinitely_far(v))
+        return HUGE_VAL;
     if (camera_.along == Along::ray)
         return static_cast<long double>(depth(v, x, y));
     switch (camera_.encoding) {

@@ -125,6 +125,7 @@ private:
     void set_encoding();
     Point on_ray(Quad depth, Quad x, Quad y) const;
     Quad along_ray(Quad length, Quad x, Quad y) const;
+    bool is_infinitely_far(double v) const;
     Quad beyond_centre() const; // where a ray distance is counted from, as a depth beyond the camera centre
     Point to_own(Point canonical) const;
 
