@@ -4,7 +4,7 @@
 #ifndef FATHOM_DISTANCE_H
 #define FATHOM_DISTANCE_H
 
-#include "camera.h"
+#include "camera/camera.h"
 
 #if FORM == FORM_RECIPROCAL
 INLINE wideV wide_of_pair(pairV a) {
