@@ -26,9 +26,9 @@ cv::Mat as(const cv::Mat& image, int type, double scale = 1) {
 
 /// The bits of a NaN may differ.
 bool alike(const cv::Mat& a, const cv::Mat& b) {
-    return a.size() == b.size() &&
-           std::equal(a.begin<float>(), a.end<float>(), b.begin<float>(),
-                      [](float x, float y) { return x == y || (std::isnan(x) && std::isnan(y)); });
+    return a.size() == b.size() && std::equal(a.begin<float>(), a.end<float>(), b.begin<float>(), [](float x, float y) {
+               return x == y || (std::isnan(x) && std::isnan(y));
+           });
 }
 
 cv::Mat without(cv::Mat z, const cv::Mat& mask) {
@@ -75,9 +75,8 @@ TEST_CASE("ignore program: a mask of any type takes its pixels out, and leaves t
     const std::string bools = scene.folder / "mask.npy", exr = scene.folder / "mask.exr";
     write_bools(bools, mask);
     write_image(exr, as(mask, CV_32F, 0.001), {.channels = {"mask"}, .png_scale = {}});
-    for (const std::string& file :
-         {scene.saved("mask.png", mask), scene.saved("words.png", as(mask, CV_16U, 0.004)),
-          scene.saved("colors.png", colors), scene.saved("mask.tif", mask), bools, exr}) {
+    for (const std::string& file : {scene.saved("mask.png", mask), scene.saved("words.png", as(mask, CV_16U, 0.004)),
+                                    scene.saved("colors.png", colors), scene.saved("mask.tif", mask), bools, exr}) {
         INFO(file);
         CHECK(alike(scene.z(scene.depth, {"--ignore", file}), expected));
     }
@@ -139,19 +138,19 @@ TEST_CASE("valid program: distances outside are invalid, bounds lie within, and 
     CHECK(alike(scene.z(scene.depth, {"--valid", "0.75,inf"}), valid(0.75, HUGE_VAL)));
     const cv::Mat mask = mask_of();
     CHECK(alike(scene.z(scene.depth, {"--valid", "0.75,1", "--ignore", scene.saved("mask.png", mask)}),
-               without(valid(0.75, 1), mask)));
+                without(valid(0.75, 1), mask)));
     const std::string integers = scene.saved("a.png", as(ramp(), CV_16U, 65535));
     const cv::Mat of_integers = scene.z(integers);
     CHECK(alike(scene.z(integers, {"--valid", "0.75,1"}),
-               without(of_integers, (of_integers < 0.75) | ((of_integers > 1) & (of_integers < HUGE_VAL)))));
+                without(of_integers, (of_integers < 0.75) | ((of_integers > 1) & (of_integers < HUGE_VAL)))));
 }
 
 TEST_CASE("ignore program: relative depth has neither the values nor the range of what does not count") {
     const Scene scene;
     cv::Mat values = ramp() * 5, mask = cv::Mat::zeros(height, width, CV_8UC1);
     mask(cv::Rect(3, 3, 9, 9)) = 1;
-    const Arguments masks{"dof-masks", "--relative", "high-is-near", "--blur-px", "20", "--focus-at", "30,20",
-                          "-o",        scene.out};
+    const Arguments masks{"dof-masks",  "--relative", "high-is-near", "--blur-px", "20",
+                          "--focus-at", "30,20",      "-o",           scene.out};
     const std::string holes = depth_file(scene.folder, "holes.exr", without(values, mask));
     check_done(joined(masks, {holes}));
     const cv::Mat expected = channel(scene.out, "coc");
@@ -172,7 +171,8 @@ TEST_CASE("ignore program: what is wrong is told in one line, with the cure") {
     refused({"--valid", "3"}, 2, "MIN <= MAX");
     refused({"--ignore", scene.saved("all.png", cv::Mat(height, width, CV_8UC1, cv::Scalar(1)))}, 1,
             "no pixel is left that counts");
-    refused({"--ignore", scene.saved("small.png", mask_of()(cv::Rect(0, 0, 8, 8)))}, 1, "a mask has the size of the depth");
+    refused({"--ignore", scene.saved("small.png", mask_of()(cv::Rect(0, 0, 8, 8)))}, 1,
+            "a mask has the size of the depth");
     refused({"--ignore", scene.saved("mask.jpg", mask_of())}, 1, "is a JPEG");
     refused({"--ignore", scene.folder / "none.png"}, 1, "none.png");
     const std::string layers = scene.folder / "layers.exr";

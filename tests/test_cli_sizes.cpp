@@ -11,7 +11,7 @@ using fathom::test::write;
 namespace {
 
 constexpr int across = 64, down = 48, factor = 4; // of the depth, and how much larger the picture is
-constexpr double edge = 31.4, sky = 50.3;         // pixels of the depth: before it a near slope, then a wall, then the sky
+constexpr double edge = 31.4, sky = 50.3; // pixels of the depth: before it a near slope, then a wall, then the sky
 
 struct Seen {
     double z;
@@ -120,7 +120,8 @@ TEST_CASE("sizes program: a blur is that of depth of the picture's size") {
     const auto rms = [&](const cv::Mat& a, const cv::Mat& b) {
         return cv::norm(a, b, cv::NORM_L2) / std::sqrt(static_cast<double>(a.total()) * 3);
     };
-    std::printf("dof of depth a quarter as wide: rms %.5f of a blur of %.4f\n", rms(got, expected), rms(plain, expected));
+    std::printf("dof of depth a quarter as wide: rms %.5f of a blur of %.4f\n", rms(got, expected),
+                rms(plain, expected));
     CHECK(rms(plain, expected) > 0.02);
     CHECK(rms(got, expected) < 0.1 * rms(plain, expected));
     // The camera may be that of the picture.
@@ -172,8 +173,8 @@ TEST_CASE("sizes program: other ratios of width to height are refused, a pixel's
     check_refused(with(256, 186), 1, "same ratio of width to height"); // 46.5
     check_refused(with(48, 64), 1, "other.png: is 48 × 64");
     REQUIRE(cv::imwrite(scene.folder / "plate.png", picture_of()));
-    check_refused(run({"dof", scene.depth, "--color", scene.picture, "--clean-plate", scene.folder / "plate.png",
-                       "--clean-plate-depth", scene.depth, "--circle", "20,100", "--camera", scene.camera, "-o",
-                       scene.out}),
-                  1, "a clean plate is given");
+    check_refused(
+        run({"dof", scene.depth, "--color", scene.picture, "--clean-plate", scene.folder / "plate.png",
+             "--clean-plate-depth", scene.depth, "--circle", "20,100", "--camera", scene.camera, "-o", scene.out}),
+        1, "a clean plate is given");
 }

@@ -274,12 +274,14 @@ TEST_CASE("strips: pixels that do not count", "[cli]") {
                       of_tiff = write_tiff(folder / "mask.tif", converted(mask, CV_8U, 255)),
                       small = folder / "mask.png";
     cv::imwrite(small, converted(mask, CV_8U, 255)); // is read whole
-    for (const Arguments& which : {Arguments{"--ignore", of_exr}, {"--ignore", of_exr, "--ignore-below", "0.8"},
-                                   {"--valid", "4.6,5.5"}}) {
+    for (const Arguments& which :
+         {Arguments{"--ignore", of_exr}, {"--ignore", of_exr, "--ignore-below", "0.8"}, {"--valid", "4.6,5.5"}}) {
         check_same(folder, joined({"linearize", exr, "--camera", camera}, which), ".exr");
         check_same(folder, joined({"normals", exr, "--camera", camera}, which), ".exr");
     }
-    for (const Arguments& which : {Arguments{"--ignore", of_tiff}, {"--ignore", small}, {"--valid", "4.6,5.5"},
+    for (const Arguments& which : {Arguments{"--ignore", of_tiff},
+                                   {"--ignore", small},
+                                   {"--valid", "4.6,5.5"},
                                    {"--ignore", small, "--valid", "0,5"}}) { // whose camera names no code
         check_same(folder, joined({"linearize", words, "--camera", camera}, which), ".tif");
         check_same(folder, joined({"ssao", words, "--camera", camera, "--radius", "0.02", "--quality", "fast"}, which),

@@ -244,7 +244,8 @@ TEST_CASE("relative program: a shot of floats has one range, whichever frames ar
     CHECK_FALSE(contains(done("single", {frame(1)}), "--relative-range")); // has its own, as ever
     CHECK_FALSE(same(channel(folder / "out/single.####.exr", "coc"), result("whole", 1)));
 
-    const Outcome json = run(joined(joined(masks, {folder / "out/json.####.exr"}), {folder / "shot.####.exr", "--json"}));
+    const Outcome json =
+        run(joined(joined(masks, {folder / "out/json.####.exr"}), {folder / "shot.####.exr", "--json"}));
     CHECK(contains(json.out.substr(0, json.out.find('\n')), "\"relative_range\":[0.8"));
     const Folder grey; // integers have the range of their bits
     for (int i = 1; i <= 2; ++i)

@@ -543,9 +543,9 @@ TEST_CASE("linearize: distance along the ray is within its bound, of every encod
             stored[5] = std::numeric_limits<float>::quiet_NaN();
             if (is_metric(encoding) && encoding != Encoding::inverse)
                 stored[6] = static_cast<float>(infinity);
-            linearize({Image::from_host(oracle::device(arithmetic), Element::f32, stored.data(), {width, height}),
-                       camera},
-                      {.as = Along::ray})
+            linearize(
+                {Image::from_host(oracle::device(arithmetic), Element::f32, stored.data(), {width, height}), camera},
+                {.as = Along::ray})
                 .image.download(got.data());
             double worst = 0;
             for (std::size_t i = 0; i < stored.size(); ++i) {
@@ -557,14 +557,14 @@ TEST_CASE("linearize: distance along the ray is within its bound, of every encod
                                   y = static_cast<long double>(i / width) + 0.5L, v = stored[i];
                 const long double z = view_depth(camera, Storage::float32, static_cast<double>(x),
                                                  static_cast<double>(y), static_cast<double>(v));
-                const long double expected =
-                    encoding == Encoding::ray_distance
-                        ? static_cast<long double>(0.37) * v
-                        : z * std::hypot((x - static_cast<long double>(27.3)) / 40,
-                                         (y - static_cast<long double>(15.1)) / 44.5L, 1.0L);
+                const long double expected = encoding == Encoding::ray_distance
+                                                 ? static_cast<long double>(0.37) * v
+                                                 : z * std::hypot((x - static_cast<long double>(27.3)) / 40,
+                                                                  (y - static_cast<long double>(15.1)) / 44.5L, 1.0L);
                 const float nearest = static_cast<float>(expected);
                 const double ulp = static_cast<double>(std::nextafter(nearest, 1e30f) - nearest);
-                worst = std::max(worst, static_cast<double>(std::abs(expected - static_cast<long double>(got[i]))) / ulp);
+                worst =
+                    std::max(worst, static_cast<double>(std::abs(expected - static_cast<long double>(got[i]))) / ulp);
             }
             std::printf("linearize, %s as distance along the ray, %s: %.3f ulp\n", to_string(encoding),
                         oracle::name(arithmetic), worst);
@@ -576,14 +576,16 @@ TEST_CASE("linearize: distance along the ray is within its bound, of every encod
 TEST_CASE("linearize: distance along the ray decodes again to the depth, however the camera stands", "[linearize]") {
     constexpr int width = 61, height = 33;
     const Eigen::Matrix4d matrix = oracle::perspective_matrix(0.7, 0.5, 0.1, 100);
-    for (const Eigen::Matrix4d& any : {matrix, oracle::tilted(matrix, 0.2, -0.1), oracle::moved(matrix, {0.3, 0.1, -0.2})}) {
+    for (const Eigen::Matrix4d& any :
+         {matrix, oracle::tilted(matrix, 0.2, -0.1), oracle::moved(matrix, {0.3, 0.1, -0.2})}) {
         Camera camera;
         camera.projection = from_matrix(any);
         camera.width = width, camera.height = height;
         std::vector<float> stored(width * height), z(stored.size()), distance(stored.size()), again(stored.size());
         for (std::size_t i = 0; i < stored.size(); ++i)
             stored[i] = 0.5f + 0.4f * static_cast<float>(i) / static_cast<float>(stored.size());
-        const StoredDepth depth{Image::from_host(oracle::device(), Element::f32, stored.data(), {width, height}), camera};
+        const StoredDepth depth{Image::from_host(oracle::device(), Element::f32, stored.data(), {width, height}),
+                                camera};
         linearize(depth).image.download(z.data());
         const Image along = linearize(depth, {.as = Along::ray}).image;
         along.download(distance.data());

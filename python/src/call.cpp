@@ -524,8 +524,8 @@ StoredDepth Call::without(const StoredDepth& stored, const Pixels& ignore) const
     const auto mask = nb::cast<nb::ndarray<const bool, nb::ndim<2>, nb::c_contig>>(
         nb::object(numpy.attr("ascontiguousarray")(numpy.attr("not_equal")(given, 0))));
     const Unlocked released;
-    return ignore_pixels(stored, Image::from_host(device_, Element::u8, mask.data(),
-                                                  {stored.image.width(), stored.image.height()}));
+    return ignore_pixels(
+        stored, Image::from_host(device_, Element::u8, mask.data(), {stored.image.width(), stored.image.height()}));
 }
 
 StoredDepth Call::stored(const Pixels& pixels, const char* argument, const Pixels& ignore) {

@@ -115,8 +115,7 @@ std::optional<std::array<double, 2>> io::range_of_floats(const std::filesystem::
 }
 
 io::RelativeInput io::read_relative_input(const std::filesystem::path& file, const ReadRelativeOptions& options,
-                                          const std::optional<std::array<double, 2>>& of_shot,
-                                          const Ignored& ignored) {
+                                          const std::optional<std::array<double, 2>>& of_shot, const Ignored& ignored) {
     check_readable(file);
     return within_memory(file, [&] {
         RelativeInput result = stored_values(file, options.channel, ignored);

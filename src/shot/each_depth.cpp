@@ -19,7 +19,7 @@ int each_depth(const DepthOptions& options, const Product& product, const More& 
     More more = of_command;
     if (!options.ignore.empty())
         more.companions.push_back({"--ignore", options.ignore}); // behind those that the command knows
-    static_cast<void>(report_of(options)); // refuses what contradicts itself
+    static_cast<void>(report_of(options));                       // refuses what contradicts itself
     std::vector<Output> outputs{{"-o", options.output, product}};
     outputs.insert(outputs.end(), more.outputs.begin(), more.outputs.end());
     std::vector<Job> jobs = plan(options, outputs, more.companions);

@@ -25,9 +25,7 @@ namespace {
 using Range = std::optional<std::array<double, 2>>;
 
 io::Ignored ignored_of(const DepthOptions& options, const std::filesystem::path& mask) {
-    return [&options, mask](cv::Size size) {
-        return io::ignored(mask, options.ignore_below, {{{0, 0}, size}, size});
-    };
+    return [&options, mask](cv::Size size) { return io::ignored(mask, options.ignore_below, {{{0, 0}, size}, size}); };
 }
 
 // The range of the floats of all these files; none of integers, whose range is that of their bits.

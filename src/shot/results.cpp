@@ -144,7 +144,8 @@ void check_same_size(const std::filesystem::path& file, cv::Size size, const Job
 void check_same_view(const std::filesystem::path& file, cv::Size size, const Job& job) {
     const cv::Size depth = job.windows.data.size(), small = size.width < depth.width ? size : depth,
                    large = size.width < depth.width ? depth : size;
-    const double across = static_cast<double>(large.width) / small.width, down = static_cast<double>(large.height) / small.height;
+    const double across = static_cast<double>(large.width) / small.width,
+                 down = static_cast<double>(large.height) / small.height;
     if (std::min(std::abs(large.height / across - small.height), std::abs(large.width / down - small.width)) > 1)
         throw Error(fmt::format("{}: is {} × {}, but {} is {} × {}; both must show the same, with the same ratio of "
                                 "width to height",

@@ -164,10 +164,10 @@ std::optional<cv::Size> Steps::picture_size(const Work& work) const {
     }
     if (size == depth || is_relative())
         return std::nullopt;
-    const char* of_one_size = work.rows || work.picture              ? "images this large go through by rows"
-                              : has_overscan(work.depth.windows)     ? "the depth has overscan"
-                              : has_plate                            ? "a clean plate is given"
-                                                                     : nullptr;
+    const char* of_one_size = work.rows || work.picture          ? "images this large go through by rows"
+                              : has_overscan(work.depth.windows) ? "the depth has overscan"
+                              : has_plate                        ? "a clean plate is given"
+                                                                 : nullptr;
     if (of_one_size)
         throw Error(fmt::format("{}: is {} × {}, but its picture is {} × {}; {}, so that both must be of the same size",
                                 work.frame.input.native(), depth.width, depth.height, size.width, size.height,

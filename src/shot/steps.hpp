@@ -73,10 +73,10 @@ struct Work {
     DepthFile depth{{}, Storage::float32, {}};
     std::unique_ptr<io::DepthRows> rows; // of an input that is done strip by strip: `depth` has no values
     std::unique_ptr<io::PictureRows> picture;
-    std::optional<InvalidValue> invalid; // of pixels that do not count, if there may be some
+    std::optional<InvalidValue> invalid;   // of pixels that do not count, if there may be some
     std::optional<RelativeDepth> relative; // all but its depth
     ImportedCamera camera;
-    Camera seen; // by the pixels
+    Camera seen;                          // by the pixels
     std::optional<cv::Size> picture_size; // if it is another than the depth's
     std::optional<ExrSource> source;
     std::vector<std::string> channel_doubts;

@@ -129,8 +129,9 @@ std::optional<Viewed> from_record(const fs::path& file, io::Bytes bytes, const c
         const std::string command = record.value("command", "");
         if (command == "normals" && codes.channels() == 3)
             return normals_of(file, "");
-        const std::string channel = command == "ssao"        ? "AO"
-                                    : command == "linearize" ? (options.value("--as", "") == "ray-distance" ? "distance" : "Z")
+        const std::string channel = command == "ssao" ? "AO"
+                                    : command == "linearize"
+                                        ? (options.value("--as", "") == "ray-distance" ? "distance" : "Z")
                                     : command == "dof-masks" ? options.value("--mask", "")
                                                              : "";
         const double scale = options.value("--png-scale", 1.0);
