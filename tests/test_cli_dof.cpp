@@ -263,6 +263,6 @@ TEST_CASE("dof program: a clean plate shows what the foreground hides") {
     const std::string small = scene.folder / "small.exr";
     write_color(small, other(cv::Rect(0, 0, width - 1, height)).clone());
     check_refused(scene.arguments(out, {"--clean-plate", small, "--clean-plate-depth", depth}), 1,
-                  "small.exr: has a display window of 47");
+                  "small.exr: is 47 × 32");
     CHECK(scene.folder.results().empty());
 }

@@ -98,7 +98,7 @@ TEST_CASE("fog program: what is wrong is told in one line") {
                    "--height-falloff", "1"},
                   1, "view");
     const std::string small = scene.folder / "small.exr";
-    write_color(small, scene.color(cv::Rect(0, 0, 3, 3)));
+    write_color(small, scene.color(cv::Rect(0, 0, 6, 9)));
     check_refused({"fog", scene.input, "--color", small, "--camera", scene.camera, "-o", out, "--density", "1"}, 1,
                   "small.exr");
     CHECK(scene.folder.results().empty());

@@ -30,7 +30,7 @@ inline constexpr double exponential_least_two_float = 0x1p-100;
 /// View-space depth from stored depth, in one pass, whatever the projection, encoding and storage.
 ///
 /// In: one stored value a pixel. Out: one float a pixel, scene units along the view axis, positive in front of the camera.
-/// Along the ray it is the distance from the camera centre, and that along parallel rays of an orthographic camera.
+/// Along the ray it is the distance from the camera centre; an orthographic camera has none, and it counts from its origin.
 /// Background becomes +inf (or what `options.background` says); NaN, values outside the stored range and, for a
 /// perspective, z ≤ 0 become NaN. Rows stay in the order of the input. Same bits for any vector width, group size or region.
 /// Accuracy: `linearize_ulp_fp64`, `linearize_ulp_two_float`, `linearize_ulp_exponential`, `linearize_ulp_ray_distance`,

@@ -2,7 +2,6 @@
 #include "relative.hpp"
 
 #include "io/ignored.hpp"
-#include "sequence/frame_pattern.hpp"
 #include "terminal/interrupt.hpp"
 #include "terminal/messages.hpp"
 
@@ -69,10 +68,8 @@ std::vector<std::string> find_ranges(const DepthOptions& options, std::vector<Jo
                 range = range_of(files, options);
             if (range) {
                 range = {as_written((*range)[0]), as_written((*range)[1])};
-                said.push_back(
-                    fmt::format("{0}  values {1} to {2} of {3} files become 0 to 1 (--relative-range {1},{2})",
-                                sequence::FramePattern::of(files.begin()->second)->first.text(), (*range)[0],
-                                (*range)[1], files.size()));
+                said.push_back(fmt::format("{0} to {1}  values {2} to {3} become 0 to 1 (--relative-range {2},{3})",
+                                           files.begin()->second, files.rbegin()->second, (*range)[0], (*range)[1]));
             }
         }
         jobs[i].range = range;

@@ -21,10 +21,15 @@
 namespace fathom::cli {
 namespace {
 
-// The camera of the pixels that were read. The file may be of the picture, which sees the same in other pixels.
-Camera camera_of(const CameraFile& file, const Windows& windows, const std::optional<cv::Size>& picture) {
+// The image that a camera file is of: the depth, or its picture, which sees the same in other pixels.
+cv::Size size_for(const CameraFile& file, const Windows& windows, const std::optional<cv::Size>& picture) {
     const bool of_picture = picture && cv::Size(file.camera.width, file.camera.height) == *picture;
-    const cv::Size size = of_picture ? *picture : windows.display;
+    return of_picture ? *picture : windows.display;
+}
+
+// The camera of the pixels that were read.
+Camera camera_of(const CameraFile& file, const Windows& windows, const std::optional<cv::Size>& picture) {
+    const cv::Size size = size_for(file, windows, picture);
     Camera camera = camera_for(file, size.width, size.height);
     camera.width = windows.display.width;
     camera.height = windows.display.height;
@@ -214,10 +219,11 @@ ReadOptions Steps::read_options(const Work& work) const {
 }
 
 // The mask of pixels that do not count, from the first row on; nothing without one.
-std::unique_ptr<io::IgnoredRows> Steps::ignored_rows(const Job& job) const {
+std::unique_ptr<io::IgnoredRows> Steps::ignored_rows(const Work& work) const {
     return options_.ignore.empty() || is_relative() // whose values have lost them already
                ? nullptr
-               : std::make_unique<io::IgnoredRows>(job.companions.back(), options_.ignore_below, job.windows);
+               : std::make_unique<io::IgnoredRows>(work.frame.companions.back(), options_.ignore_below,
+                                                   work.depth.windows);
 }
 
 // Finds what pixels hold that do not count. The camera may have to name a code for it that no pixel has.
@@ -265,7 +271,7 @@ void Steps::keep_valid(const Work& work, cv::Mat& values, cv::Mat& z) const {
 void Steps::examine(Work& work) const {
     DepthFile& depth = work.depth;
     find_invalid_value(work);
-    ignore(work, depth.values, ignored_rows(work.frame).get());
+    ignore(work, depth.values, ignored_rows(work).get());
     work.stored = {.image = to_device(device_, depth.values), .camera = work.seen, .storage = depth.storage};
     work.z = distances(work.stored);
     if (options_.valid) {
@@ -293,7 +299,7 @@ void Steps::find_doubts(Work& work) const {
         throw Error(work.invalid ? "no pixel is left that counts and has a depth; choose other --ignore and --valid "
                                    "(fathom inspect shows the depths that there are)"
                                  : work.value_doubts.front());
-    const cv::Size display = work.depth.windows.display;
+    const cv::Size display = size_for(work.camera, work.depth.windows, work.picture_size);
     work.camera_doubts = io::key_doubts(nlohmann::json::parse(work.camera.text), display.width, display.height);
 }
 

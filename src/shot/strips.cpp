@@ -110,13 +110,13 @@ void Steps::stream(Work& work) {
     };
     subject.each = [this, &work, storage, next_of](const auto& visit) {
         const auto again = io::depth_rows(work.frame.input, read_options(work));
-        const auto mask = ignored_rows(work.frame);
+        const auto mask = ignored_rows(work);
         for (const Band& band : strips(work, 0)) {
             const auto [rows, z] = next_of(*again, mask.get(), band.end - band.begin, band.begin, true);
             visit(on_host(rows, storage), on_host(z));
         }
     };
-    const auto mask = ignored_rows(frame);
+    const auto mask = ignored_rows(work);
     if (more_.looks_first) {
         const Stopwatch watch(work.times.read);
         subject.each([&](const HostDepth& values, const HostFloats& z) { subject.add(values, z); });

@@ -12,12 +12,20 @@
 namespace fathom::cli {
 namespace {
 
+// The windows that the picture is to have: none where it has another size than the depth.
+std::optional<Windows> windows_for(const std::filesystem::path& file, const PictureOptions& options, const Job& job) {
+    if (!is_exr(file) || has_overscan(job.windows))
+        return job.windows;
+    const auto rows = io::exr_rows(file, {color_channels(file, options.color_layer).front()}, {.overscan = true});
+    return rows->channels().front().windows.display == job.windows.display ? std::optional(job.windows) : std::nullopt;
+}
+
 // What is probably wrong with how the picture is said to count light.
 std::vector<std::string> picture_doubts(const PictureOptions& options, const Job& job) {
     const std::filesystem::path& file = job.companions.front();
     if (options.encoding != ColorEncoding::linear)
         return {};
-    const ReadPictureOptions as_said{.layer = options.color_layer, .windows = job.windows};
+    const ReadPictureOptions as_said{.layer = options.color_layer, .windows = windows_for(file, options, job)};
     const auto rows = io::picture_rows(file, as_said);
     const PictureFormat format = rows ? rows->format() : read_picture(file, as_said).format;
     if (format.bits != 8 || format.encoding == ColorEncoding::linear)
@@ -30,15 +38,8 @@ std::vector<std::string> picture_doubts(const PictureOptions& options, const Job
 // Nothing for a file that has to be read whole.
 std::unique_ptr<io::PictureRows> rows_of(const PictureOptions& options, const Job& job) {
     const std::filesystem::path& file = job.companions.front();
-    return io::picture_rows(file, {.layer = options.color_layer, .encoding = options.encoding, .windows = job.windows});
-}
-
-// The windows that the picture is to have: none where it has another size than the depth.
-std::optional<Windows> windows_for(const std::filesystem::path& file, const PictureOptions& options, const Job& job) {
-    if (!is_exr(file) || has_overscan(job.windows))
-        return job.windows;
-    const auto rows = io::exr_rows(file, {color_channels(file, options.color_layer).front()}, {.overscan = true});
-    return rows->channels().front().windows.display == job.windows.display ? std::optional(job.windows) : std::nullopt;
+    return io::picture_rows(
+        file, {.layer = options.color_layer, .encoding = options.encoding, .windows = windows_for(file, options, job)});
 }
 
 } // namespace
