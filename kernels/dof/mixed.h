@@ -19,7 +19,7 @@
 #define BLURRED_PX 0.5f    // circles larger than a pixel by this are blurred
 #define STAYS_PX 1.5f      // foregrounds whose circles are larger than a pixel by this are not sharp
 #define MOVES_PX 1.0f      // from circles larger than a pixel by this on, light moves to the foreground,
-#define MOVES_ALL_PX 8.0f  // and all of it from this on
+#define MOVES_ALL_PX 9.0f  // and all of it from this on
 
 // A circle less a pixel, with its sign: 0 for what is in focus. It grows with the layer.
 INLINE float excess_of(float layer, const blur_params* p) {
