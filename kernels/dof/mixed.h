@@ -115,12 +115,13 @@ INLINE bool light_of_nearer(__global const float* planes, __global const ELEMENT
     const float alike = max(EDGE_PX, 0.5f * (e->farthest - e->nearest));
     if (!is_about(planes, p, column + one_x, row + one_y, e->farthest, alike))
         return false;
+    // Straight across the edge, else along a row or a column, else across a corner: the same for a picture upside down.
     int to_x = -one_x, to_y = -one_y;
     for (int i = 0; !is_about(planes, p, column + to_x, row + to_y, e->nearest, alike); ++i) {
-        if (i == 8)
+        if (i == 3)
             return false;
-        to_x = i < 2 ? 2 * i - 1 : i < 4 ? 0 : 2 * (i & 1) - 1;
-        to_y = i < 2 ? 0 : i < 4 ? 2 * i - 5 : i < 6 ? -1 : 1;
+        to_x = i == 1 ? 0 : -sign_x;
+        to_y = i == 0 ? 0 : -sign_y;
     }
     found->column = column + to_x;
     found->row = row + to_y;
