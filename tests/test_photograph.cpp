@@ -40,7 +40,8 @@ double code_of_light(double light) {
     return 255 * (light <= 0.0031308 ? 12.92 * light : 1.055 * std::pow(light, 1 / 2.4) - 0.055);
 }
 
-constexpr double pale_codes = 12, lamp_gain = 3.5; // codes that a pale colour may change by; times that a lamp grows at least
+constexpr double pale_codes = 12,
+                 lamp_gain = 3.5; // codes that a pale colour may change by; times that a lamp grows at least
 
 } // namespace
 
