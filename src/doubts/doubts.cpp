@@ -331,7 +331,7 @@ std::vector<std::string> doubts(const Subject& subject) {
     const bool is_invalid = add(invalid_doubt(subject));
     add(unit_doubt(subject, distances));
     const bool is_buffer = float_distances && add(buffer_doubt(subject));
-    if (float_distances && !camera.background_from)
+    if (float_distances && !camera.background_from && !camera.background_from_largest_half)
         add(sky_doubt(subject));
     if (!is_invalid) // or holes would be told twice
         add(special_number_doubt(subject));

@@ -21,6 +21,7 @@ constexpr double many_of_a_number = 0.001; // of the pixels
 constexpr double many_at_the_near = 0.02;  // of the pixels, that no scene has on the near plane itself
 constexpr double apart = 1.25;             // times the value farthest out
 constexpr double round_apart = 4;          // the same for 1000, 10000 and so on, which are distances, too
+constexpr double no_wall = 10;             // times that, before which no room has a wall
 constexpr double apart_of_range = 0.25;    // of the range of all others, where a ratio says nothing
 constexpr double above_nothing = 0.01;     // of the largest value: what is nearer may begin at 0
 constexpr double near_gap = 0.05;          // of the range of all others
@@ -192,6 +193,7 @@ std::optional<std::string> special_number_doubt(const Subject& subject) {
         }
         // A wall that is seen straight on has one depth, too. Neighbours among integers are often alike.
         const bool may_be_wall = has_depth && !integer_disparity && 2 * shared.constant >= shared.pairs[i] &&
+                                 std::abs(stored) < no_wall * others.greatest &&
                                  (floats ? std::abs(stored) < 65504 : is_round(stored));
         if (may_be_wall || (!integer_disparity && !stands_apart(stored, others, has_depth, floats)))
             continue;
