@@ -137,7 +137,7 @@ cv::Mat rotated(double farthest) {
 
 cv::Mat half_bits() {
     cv::Mat half;
-    (1000 * metres()).convertTo(half, CV_16F);
+    cv::Mat(1000 * metres()).convertTo(half, CV_16F);
     return cv::Mat(half.size(), CV_16UC1, half.data).clone();
 }
 

@@ -4,8 +4,7 @@
 // A 5 x 5 window whose outermost rows and columns count half holds each of 16 patterns equally often; a 3 x 3 window
 // does so for 4 patterns. There two opposite neighbours count only together, so that a missing one does not shift the
 // mean. A neighbour's weight falls with its distance from the pixel's tangent plane, and with the pixel's distance from
-// the neighbour's tangent plane, both in inverse depth. So nothing is mixed across an edge. What lies above the other's plane
-// counts less: two planes that meet in a crease see the same, and one of them alone has too few patterns beside it.
+// the neighbour's tangent plane, both in inverse depth. So nothing is mixed across an edge.
 // Built for: PERSPECTIVE = 0 1; REACH = 0 1 2; OUTPUT = 0 1 2; CLAMP = 0 1
 
 #include "ssao/blocks.h"
@@ -32,7 +31,6 @@
 #endif
 
 #define PAIRS (REACH == 1)
-#define INWARD 0.125f // fraction of the distance that counts: from 1/4 to 1/16 the error against a path tracer changes by 1 %
 
 // The pixel of each lane, and its surroundings in inverse depth.
 typedef struct {
@@ -46,16 +44,14 @@ typedef struct {
 #define DOWN (1 + 2 * REACH)
 typedef struct {
     floatV front, slopes, sums[SUMS];
-    floatV inward; // fraction that counts of the distance of what lies above the other's plane
 } nearV;
 
 // How far a neighbour lies from the pixel's tangent plane, or the pixel from its, whichever is more.
-INLINE floatV off_at(const nearV* its, const nearV* here, const split_params* split, const centreV* c, int dx, int dy) {
+INLINE floatV off_at(const nearV* its, const split_params* split, const centreV* c, int dx, int dy) {
     const floatV between = its->front - c->q;
     const floatV of_ours = fma(c->right, (floatV)(float)dx, c->down * (float)dy);
     const floatV of_its = fma(slope_right(its->slopes), (floatV)(float)dx, slope_down(its->slopes) * (float)dy);
-    const floatV above = between - of_ours, below = of_its - between;
-    const floatV off = max(max(-above, -below), max(here->inward, its->inward) * max(above, below));
+    const floatV off = max(fabs(between - of_ours), fabs(between - of_its));
 #if CLAMP
     const intV x = 4 * ((intV)c->column + LANE_INDEX(int)) + (c->x + dx - (int)(split->pixel_x & 3));
     const int y = c->y + dy;
@@ -103,9 +99,6 @@ KERNEL void denoise(__global const float* fronts, __global const float* slopes, 
             its->slopes = LOAD(float, slopes + at);
             for (int i = 0; i < SUMS; ++i)
                 its->sums[i] = LOAD(float, sums + which[i] + at_sums);
-            const floatV right = slope_right(its->slopes), down = slope_down(its->slopes);
-            const floatV grazing = GRAZING * p.pixel * (PERSPECTIVE ? its->front : (floatV)1.0f);
-            its->inward = select((floatV)1.0f, (floatV)INWARD, fma(right, right, down * down) < grazing * grazing);
             some |= its->sums[0] > 0.0f;
         }
     }
@@ -128,10 +121,10 @@ KERNEL void denoise(__global const float* fronts, __global const float* slopes, 
                 if (dx == 0 && dy == 0)
                     continue;
                 const nearV* const its = &around[dy + REACH][j + dx + REACH];
-                floatV off = off_at(its, here, &split, &c, dx, dy);
+                floatV off = off_at(its, &split, &c, dx, dy);
 #if PAIRS
                 const nearV* const opposite = &around[REACH - dy][j - dx + REACH];
-                off = max(off, off_at(opposite, here, &split, &c, -dx, -dy));
+                off = max(off, off_at(opposite, &split, &c, -dx, -dy));
 #endif
                 const floatV weight = weight_of(&c, off, dx, dy);
                 for (int i = 0; i < SUMS; ++i) {
