@@ -80,6 +80,8 @@ INLINE void color_at(__global const ELEMENT_TYPE* color, const grid_params* grid
         value[k] = read_element(color, at + k);
 }
 
+#define COLORS (CHANNELS < 3 ? CHANNELS : 3)
+
 // Light of a nearer surface in a pixel beyond its edge, and the neighbour on that surface to which a part of it moves.
 typedef struct {
     float light[CHANNELS];
@@ -130,8 +132,8 @@ INLINE bool light_of_nearer(__global const float* planes, __global const ELEMENT
     color_at(color, grid, p, column, row, here);
     color_at(color, grid, p, column + one_x, row + one_y, far);
     color_at(color, grid, p, deep ? column - two_x : found->column, deep ? row - two_y : found->row, near);
-    float along = 0.0f, length = 0.0f;
-    for (int k = 0; k < CHANNELS; ++k) {
+    float along = 0.0f, length = 0.0f; // of the colours: an alpha follows them
+    for (int k = 0; k < COLORS; ++k) {
         along = fma(here[k] - far[k], near[k] - far[k], along);
         length = fma(near[k] - far[k], near[k] - far[k], length);
     }
@@ -139,7 +141,7 @@ INLINE bool light_of_nearer(__global const float* planes, __global const ELEMENT
         return false;
     const float part = along / length;
     float off = 0.0f;
-    for (int k = 0; k < CHANNELS; ++k) {
+    for (int k = 0; k < COLORS; ++k) {
         const float beside = fma(-part, near[k] - far[k], here[k] - far[k]);
         off = fma(beside, beside, off);
     }

@@ -336,7 +336,7 @@ std::vector<std::string> doubts(const Subject& subject) {
     if (!is_invalid) // or holes would be told twice
         add(special_number_doubt(subject));
     add(filtered_doubt(subject));
-    if (!is_buffer)
+    if (!is_buffer && !is_invalid)
         add(flat_surfaces_doubt(subject));
     add(photograph_doubt(subject.changes));
     for (const std::string& doubt : other_source_doubts(subject))

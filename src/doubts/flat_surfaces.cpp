@@ -25,6 +25,7 @@ constexpr std::size_t least_part = 50; // one in so many has to speak for the ot
 constexpr std::size_t to_one = 9;      // and so many where one speaks against it
 constexpr double rounded = 0.55;       // of a step: no flat surface is bent more by the storage's rounding
 
+constexpr float edge = 4; // times: no surface rises so much within a cross
 // What the stored values could be instead of what the camera says.
 struct Alternative {
     Shape shape;
@@ -146,7 +147,10 @@ std::optional<std::string> flat_surfaces_doubt(const Subject& subject) {
     std::size_t places = 0; // that tell two descriptions apart
     for (const Cross& cross : subject.crosses) {
         const auto [low, high] = std::ranges::minmax(cross.values);
-        if (!std::ranges::all_of(cross.values, [](float v) { return std::isfinite(v); }))
+        const auto is_finite = [](float v) { return std::isfinite(v); };
+        if (!std::ranges::all_of(cross.values, is_finite) || !std::ranges::all_of(cross.z, is_finite))
+            continue;
+        if (low * high > 0 && edge < std::max(high / low, low / high)) // through which a reciprocal goes too easily
             continue;
         // A sky, or a sensor's farthest distance, is flat under some description, and no surface.
         const bool may_be_sky = low == high && form.farther * low == farthest;

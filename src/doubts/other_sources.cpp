@@ -83,8 +83,8 @@ Doubt panorama_doubt(const Subject& subject) {
     };
     const double little = quantile(step, 0.5), much = std::max(0.1, 4 * little);
     // A floor or a wall has all of a row alike, and a corridor its two halves.
-    if (quantile(seam, 0.75) > 1.5 * quantile(step, 0.75) + 0x1p-12 || quantile(half, 0.5) < much ||
-        quantile(mirrored, 0.5) < much)
+    if (quantile(seam, 0.75) > 1.5 * quantile(step, 0.75) + 0x1p-12 || quantile(half, 0.75) < much ||
+        quantile(mirrored, 0.75) < much)
         return std::nullopt;
     return "it is twice as wide as high, and its left and right columns continue each other, as in a picture of all "
            "directions (equirectangular), which no \"perspective\" describes; cut it into views first";
