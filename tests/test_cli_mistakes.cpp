@@ -117,6 +117,14 @@ cv::Mat all_directions() {
     return depth;
 }
 
+/// A floor without anything on it, in all directions.
+cv::Mat floor_in_all_directions() {
+    cv::Mat depth(64, 128, CV_32FC1, cv::Scalar(0));
+    for (int y = 32; y < depth.rows; ++y)
+        depth.row(y) = 1.2 / std::sin((y + 0.5 - 32) / depth.rows * std::numbers::pi);
+    return depth;
+}
+
 /// A pinhole's picture of that shape: a corridor with a floor and a ceiling, as wide on either side.
 cv::Mat corridor() {
     cv::Mat depth(64, 128, CV_32FC1);
@@ -261,6 +269,8 @@ std::vector<Mistake> mistakes() {
         warned("the bits of half floats", half_bits(), "a.png", view_z, {"half floats, save them as floats"}),
         warned("a picture of all directions", all_directions(), "a.exr", wide + R"(, "encoding": "ray-distance")",
                {"left and right columns continue each other", "cut it into views"}),
+        warned("a floor in all directions", floor_in_all_directions(), "a.exr", view_z + R"(, "background": 0)",
+               {"left and right columns continue each other"}),
         warned("disparity without a scale", plane([](double z, double) { return 500 / z; }), "a.exr",
                wide + R"(, "encoding": "inverse")", {"disparity without its \"scale\"", "focal length in pixels"}),
         warned("a third is Nuke's sky", metres(0.6, 0), "a.exr", view_z,

@@ -23,18 +23,18 @@ Doubt low_bits_doubt(const Subject& subject) {
     subject.each([&](const HostDepth& values, const HostFloats&) {
         visit_values(values, [&](float, std::uint32_t bits) { ends[bits & 7] += bits != 0; });
     });
-    std::size_t all = 0, most = 0;
-    for (std::size_t i = 0; i < ends.size(); ++i) {
-        all += ends[i];
-        most = i > 0 ? std::max(most, ends[i]) : most;
-    }
+    std::size_t all = 0;
+    for (const std::size_t count : ends)
+        all += count;
     const std::size_t others = all - ends[0];
     constexpr std::size_t few = 16;
-    // Noise has all ends alike, and depth that is rounded to a multiple of 8 has one.
-    const bool is_rotated = others >= few && 5 * ends[0] >= 4 * all && 5 * most >= 4 * others;
+    // Noise has all ends alike, and depth that is rounded to a multiple of 8 has one. Few surfaces are farther than 8 m, and most of
+    // them nearer than 16 m.
+    const bool is_rotated = others >= few && 5 * ends[0] >= 4 * all && 5 * ends[1] >= 2 * others;
     if (!is_rotated)
         return std::nullopt;
-    return "its codes are multiples of 8 but for some, which end alike, as in SUN RGB-D, whose bits are rotated left "
+    return "its codes are multiples of 8 but for some, most of which end alike, as in SUN RGB-D, whose bits are "
+           "rotated left "
            "by "
            "three; if it is from there, say \"packing\": \"uint16-rotated\", or --preset sunrgbd";
 }
@@ -55,11 +55,18 @@ Doubt panorama_doubt(const Subject& subject) {
     if (width != 2 * height || height < least_height || !subject.camera.projection.is_perspective())
         return std::nullopt;
     std::vector<float> step, seam, half, mirrored; // of the rows, relative to the depth
+    std::array<float, 2> before{};                 // of the first column, 1/z
+    std::size_t bends = 0, bent = 0;
     subject.each([&](const HostDepth&, const HostFloats& z) {
         if (z.width != width)
             return; // a sample
         for (int y = 0; y < z.height; ++y) {
             const std::span<const float> row = row_of(z, y);
+            const float inverse = 1 / row[0], second = before[0] - 2 * before[1] + inverse;
+            const bool follows = before[0] > 0 && before[1] > 0 && inverse > 0;
+            bends += follows;
+            bent += follows && second < -0x1p-16f * inverse;
+            before = {before[1], inverse};
             const auto between = [&](int a, int b) {
                 const float one = row[static_cast<std::size_t>(a)], other = row[static_cast<std::size_t>(b)];
                 return std::abs(one - other) / std::max(one, other);
@@ -74,7 +81,7 @@ Doubt panorama_doubt(const Subject& subject) {
             mirrored.push_back(all[3]);
         }
     });
-    if (2 * step.size() < static_cast<std::size_t>(height))
+    if (4 * step.size() < static_cast<std::size_t>(height))
         return std::nullopt;
     const auto quantile = [](std::vector<float>& values, double part) {
         const auto at = values.begin() + static_cast<std::ptrdiff_t>(part * static_cast<double>(values.size()));
@@ -83,8 +90,10 @@ Doubt panorama_doubt(const Subject& subject) {
     };
     const double little = quantile(step, 0.5), much = std::max(0.1, 4 * little);
     // A floor or a wall has all of a row alike, and a corridor its two halves.
-    if (quantile(seam, 0.75) > 1.5 * quantile(step, 0.75) + 0x1p-12 || quantile(half, 0.75) < much ||
-        quantile(mirrored, 0.75) < much)
+    const bool differs = quantile(half, 0.75) >= much && quantile(mirrored, 0.75) >= much;
+    // A floor that has all of a row alike is straight in 1/z from row to row, but curved where rows are angles.
+    const bool is_curved = 4 * bends >= static_cast<std::size_t>(height) && 10 * bent >= 9 * bends;
+    if (quantile(seam, 0.75) > 1.5 * quantile(step, 0.75) + 0x1p-12 || !(differs || is_curved))
         return std::nullopt;
     return "it is twice as wide as high, and its left and right columns continue each other, as in a picture of all "
            "directions (equirectangular), which no \"perspective\" describes; cut it into views first";
