@@ -18,6 +18,7 @@ namespace fathom {
 namespace {
 
 constexpr double many_of_a_number = 0.001; // of the pixels
+constexpr double many_without_depth = 0.1; // of the pixels, where a number has no depth anyway
 constexpr double many_at_the_near = 0.02;  // of the pixels, that no scene has on the near plane itself
 constexpr double apart = 1.25;             // times the value farthest out
 constexpr double round_apart = 4;          // the same for 1000, 10000 and so on, which are distances, too
@@ -177,8 +178,9 @@ std::optional<std::string> special_number_doubt(const Subject& subject) {
         if (is_said || as_sky || (!has_depth && number_here != 0) || !may_have_depth)
             continue;
         const Others others = others_than(number_here, subject);
+        const double many = has_depth || integer_disparity ? many_of_a_number : many_without_depth;
         if (others.surfaces == 0 ||
-            !(static_cast<double>(others.count) >= many_of_a_number * static_cast<double>(subject.look.pixels)))
+            !(static_cast<double>(others.count) >= many * static_cast<double>(subject.look.pixels)))
             continue;
         if (!is_metric(camera.encoding)) {
             const double gap = form.farther > 0 ? others.least - stored : stored - others.greatest;
