@@ -171,9 +171,9 @@ std::optional<std::string> flat_surfaces_doubt(const Subject& subject) {
         bool tells = false;
         for (Alternative& other : others) {
             const double bent = misfit(samples, other.shape, other.parameter);
-            const bool wins = !may_be_sky && own > rounding &&
-                              bent<std::min(flatter * own, flat_enough * std::max(rise, own)), loses = bent> rounding &&
-                              own < flatter * bent;
+            const double most = std::min(flatter * own, flat_enough * std::max(rise, own));
+            const bool wins = !may_be_sky && own > rounding && bent < most;
+            const bool loses = bent > rounding && own < flatter * bent;
             other.flat += wins;
             other.against += loses;
             tells |= own > rounding || bent > rounding;

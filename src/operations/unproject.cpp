@@ -43,7 +43,7 @@ void unproject(const StoredDepth& stored, const Image& result, const UnprojectOp
                     depth_parameters(form, stored.storage, options.background, arithmetic),
                     ray_parameters(view, arithmetic), ray_parameters(target, arithmetic));
     if (options.no_mixed_pixels)
-        leave_out_mixed(stored, result);
+        mixed_pixels(stored, result);
     launched.done();
 }
 

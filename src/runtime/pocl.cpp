@@ -99,8 +99,8 @@ class FolderOfProcess {
 public:
     FolderOfProcess() {
         std::error_code none;
-        std::string name = (fs::temp_directory_path(none) / "fathom-kernels-XXXXXX").string();
-        if (mkdtemp(name.data())) // of mode 0700
+        std::string name = (fs::temp_directory_path(none) / "fathom-kernels-").string() + std::string(6, 'X');
+        if (mkdtemp(name.data())) // which replaces the six letters; of mode 0700
             path_ = name;
     }
     ~FolderOfProcess() {

@@ -76,7 +76,7 @@ std::size_t usable_memory(const fs::path& root) {
         static_cast<std::uint64_t>(sysconf(_SC_PHYS_PAGES)) * static_cast<std::uint64_t>(sysconf(_SC_PAGE_SIZE));
     std::ifstream mounts(root / "proc/self/mountinfo");
     for (std::string line; std::getline(mounts, line);) {
-        // 36 25 0:31 /root/of/it /sys/fs/cgroup rw,nosuid shared:9 - cgroup2 cgroup2 rw
+        // ID, parent, device, root within the file system, mount point, options ..., "-", type, source, options of the type
         const std::vector<std::string> words = split(line, ' ');
         const auto dash = std::ranges::find(words, "-");
         if (words.end() - dash < 4 || dash - words.begin() < 5)

@@ -12,9 +12,8 @@
 #include <cmath>
 
 namespace fathom {
-namespace {
 
-void launch_over(const StoredDepth& stored, const Image& result, const char* name, const runtime::Defines& more) {
+void mixed_pixels(const StoredDepth& stored, const Image& result) {
     const Device& device = stored.image.device();
     const int width = result.width();
     const CentreRays rays = centre_rays(camera_rays(stored.camera));
@@ -23,9 +22,8 @@ void launch_over(const StoredDepth& stored, const Image& result, const char* nam
     const auto& moving = rays.perspective ? rays.direction : rays.origin;
     const auto least = static_cast<float>(mixed_pixels_min_widths * std::sqrt(moving.leftCols<2>().squaredNorm() / 2));
     const int vector_width = vector_width_for(device, width);
-    runtime::Defines defines{{"V", vector_width}, {"STREAM", 0}};
-    defines.insert(defines.end(), more.begin(), more.end());
-    runtime::Kernel& kernel = runtime::kernel(device, name, defines);
+    runtime::Kernel& kernel =
+        runtime::kernel(device, "mixed_pixels", {{"V", vector_width}, {"STREAM", 0}, {"CHANNELS", result.channels()}});
     const params::mixed_params parameters{error.constant,
                                           error.linear,
                                           error.quadratic,
@@ -33,21 +31,11 @@ void launch_over(const StoredDepth& stored, const Image& result, const char* nam
                                           rays.perspective ? least : 0,
                                           static_cast<float>(mixed_pixels_min_step)};
     // Where the far plane is finite its depth is averaged like any other.
-    over_inverse_depth(stored, rays, Background::decode, mixed_pixels_reach, name, result,
+    over_inverse_depth(stored, rays, Background::decode, mixed_pixels_reach, "mixed_pixels", result,
                        [&](const Image& depth, const Image& made, const params::grid_params& grid) {
                            runtime::launch(device, kernel, range_of(width, made.height(), vector_width), depth, made,
                                            grid, parameters);
                        });
-}
-
-} // namespace
-
-void mixed_pixels(const StoredDepth& stored, const Image& result) {
-    launch_over(stored, result, "mixed_pixels", {});
-}
-
-void leave_out_mixed(const StoredDepth& stored, const Image& positions) {
-    launch_over(stored, positions, "leave_out_mixed", {{"CHANNELS", positions.channels()}});
 }
 
 } // namespace fathom
