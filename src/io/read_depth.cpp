@@ -72,8 +72,8 @@ constexpr const char* four_bytes =
 /// Packed depth has R, G and B of its own, which change as digits do. A picture of depth has them equal, with more than the two ends
 /// of the range, or they change as its colours do.
 struct Colors {
-    bool is_grey = true, has_steps = false, alpha_counts = false;
-    std::size_t pixels = 0;
+    bool is_grey = true, has_steps = false;
+    std::size_t pixels = 0, in_alpha = 0; // those whose alpha is neither end of its range
     ValueChanges changes = {};
 
     void add(const cv::Mat& image, const cv::Mat& bgr, Storage storage) {
@@ -84,14 +84,17 @@ struct Colors {
                 is_grey = pixel[0] == pixel[1] && pixel[1] == pixel[2];
                 has_steps |= pixel[0] != 0 && pixel[0] != 255;
             }
-            for (int x = 0; x < image.cols && image.channels() == 4 && !alpha_counts; ++x) {
+            for (int x = 0; x < image.cols && image.channels() == 4; ++x) {
                 const std::uint8_t alpha = image.at<cv::Vec4b>(y, x)[3];
-                alpha_counts = alpha != 0 && alpha != 255;
+                in_alpha += alpha != 0 && alpha != 255;
             }
             if (y % 8 == 0)
                 changes.add({bgr.ptr(y), bgr.cols, 1, bgr.step, storage});
         }
     }
+
+    /// A few pixels at edges may have a part of an alpha.
+    bool alpha_counts() const { return 10 * in_alpha > pixels; }
 
     void check(const std::filesystem::path& file) const {
         if (is_grey && has_steps && pixels > 64)
@@ -101,7 +104,7 @@ struct Colors {
             refuse(file,
                    "has bytes that change like the colours of a picture, and not like packed depth; depth that is "
                    "shown in colours cannot be decoded: save raw depth");
-        if (alpha_counts)
+        if (alpha_counts())
             refuse(file,
                    std::string("has an alpha between 0 and 255, so that R, G and B are not all that a pixel holds; ") +
                        four_bytes);
@@ -147,7 +150,7 @@ const char* cure_for(const cv::Mat& image) {
         Colors colors;
         colors.add(image, first_three(image), storage);
         is_picture &= (colors.is_grey && colors.has_steps) || colors.changes.are_of_a_picture();
-        if (colors.alpha_counts && !is_picture)
+        if (colors.alpha_counts() && !is_picture)
             return four_bytes;
     }
     return is_picture
