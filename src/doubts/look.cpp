@@ -62,7 +62,8 @@ void Look::add(const HostFloats& more) {
 
 void ValueChanges::add(const HostDepth& row) {
     float before = std::numeric_limits<float>::quiet_NaN(), middle = before;
-    visit_values(row, [&](float value, std::uint32_t) {
+    visit_values(row, [&](float value, std::uint32_t bits) {
+        low_bits[bits & 7] += bits != 0;
         if (const float second = std::abs(before - 2 * middle + value); second > 0)
             least_second = std::min(least_second, second);
         highest = std::isfinite(value) ? std::max(highest, value) : highest;

@@ -45,8 +45,9 @@ struct ValueChanges {
     float least_second = std::numeric_limits<float>::infinity(); ///< difference, of those that are not 0
     float highest = 0;                                           ///< value
     std::size_t steps = 0, alike = 0,
-                carried = 0;   ///< of the highest byte by 16 at most; the byte below, too; or as a sum does
-    std::bitset<256> stepping; ///< highest bytes of steps
+                carried = 0;               ///< of the highest byte by 16 at most; the byte below, too; or as a sum does
+    std::bitset<256> stepping;             ///< highest bytes of steps
+    std::array<std::size_t, 8> low_bits{}; ///< codes other than 0 by their three lowest bits
 
     void add(const HostDepth& row);
 

@@ -19,10 +19,7 @@ using Doubt = std::optional<std::string>;
 
 // Codes of 16 bits that hold something else than a distance in their three lowest bits.
 Doubt low_bits_doubt(const Subject& subject) {
-    std::array<std::size_t, 8> ends{};
-    subject.each([&](const HostDepth& values, const HostFloats&) {
-        visit_values(values, [&](float, std::uint32_t bits) { ends[bits & 7] += bits != 0; });
-    });
+    const std::array<std::size_t, 8>& ends = subject.changes.low_bits;
     std::size_t all = 0;
     for (const std::size_t count : ends)
         all += count;
@@ -35,8 +32,7 @@ Doubt low_bits_doubt(const Subject& subject) {
         return std::nullopt;
     return "its codes are multiples of 8 but for some, most of which end alike, as in SUN RGB-D, whose bits are "
            "rotated left "
-           "by "
-           "three; if it is from there, say \"packing\": \"uint16-rotated\", or --preset sunrgbd";
+           "by three; if it is from there, say \"packing\": \"uint16-rotated\", or --preset sunrgbd";
 }
 
 // 256 steps that are too small for a scene.
