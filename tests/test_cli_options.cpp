@@ -42,6 +42,15 @@ std::vector<Value> values_for(const Option& option) {
     case Option::Kind::three:
         return {std::array{0.0, 0.0, 0.0}, std::array{0.0, 2.0, 0.0}, std::array{0.0, HUGE_VAL, 0.0},
                 std::array{1.0, std::nan(""), 0.0}};
+    case Option::Kind::choice: {
+        std::vector<Value> values;
+        for (std::size_t i = 0; i <= option.choices.size(); ++i) // the last one is none of them
+            values.emplace_back(i);
+        return values;
+    }
+    case Option::Kind::lens:
+        return {CircleOfConfusion{40, 180}, CircleOfConfusion{0, 0}, CircleOfConfusion{-1, 180},
+                CircleOfConfusion{40, -1}, CircleOfConfusion{HUGE_VAL, 180}};
     default:
         return {};
     }
@@ -50,13 +59,19 @@ std::vector<Value> values_for(const Option& option) {
 // May a field of this option hold the value, so that the library can be asked?
 bool is_held(const Option& option, const Value& value) {
     const auto* number = std::get_if<double>(&value);
+    if (option.kind == Option::Kind::choice)
+        return option.choices.size() > 1; // a type of its own where there is one
     if (!number || (!option.range.whole && !option.range.few[0]))
         return true;
     const bool is_unsigned = option.range.least >= 0 && option.range.most > std::numeric_limits<int>::max();
     return *number == std::floor(*number) && std::abs(*number) < 1e6 && (!is_unsigned || *number >= 0);
 }
 
-std::string in_words(const Value& value) {
+std::string in_words(const Option& option, const Value& value) {
+    if (const auto* index = std::get_if<std::size_t>(&value))
+        return *index < option.choices.size() ? option.choices[*index] : "nonsense";
+    if (const auto* circle = std::get_if<CircleOfConfusion>(&value))
+        return fmt::format("{},{}", static_cast<double>(circle->k), static_cast<double>(circle->g));
     if (const auto* number = std::get_if<double>(&value))
         return fmt::format("{}", *number);
     const auto& three = std::get<std::array<double, 3>>(value);
@@ -98,7 +113,7 @@ int check_library(const description::Operation& operation, const Scene& scene) {
         for (const Value& value : values_for(option)) {
             if (!is_held(option, value))
                 continue;
-            INFO(operation.name << ": " << option.name << " = " << in_words(value));
+            INFO(operation.name << ": " << option.name << " = " << in_words(option, value));
             const std::shared_ptr<void> call = needed(operation, scene);
             for (const description::Result& result : operation.results_of(call.get(), scene.stored))
                 if (result.wanted)
@@ -110,9 +125,29 @@ int check_library(const description::Operation& operation, const Scene& scene) {
             } catch (const std::invalid_argument& error) {
                 refusal = error.what();
             }
-            const bool is_its_own =
-                refusal.starts_with(std::string(option.name) + " = ") && contains(refusal, " must ");
-            CHECK(is_its_own == !option.accepts(value));
+            const std::string its = option.kind == Option::Kind::lens ? "the circle's " : text(option.name, " = ");
+            CHECK((refusal.starts_with(its) && contains(refusal, " must ")) == !option.accepts(value));
+            ++checked;
+        }
+    return checked;
+}
+
+// The same of a lens.
+int check_lens(const Scene& scene) {
+    int checked = 0;
+    for (const Option& option : description::options_of(LensArguments{}))
+        for (const Value& value : values_for(option)) {
+            INFO(option.name << " = " << in_words(option, value));
+            LensArguments lens{.focus = 5, .f_stop = 2, .focal_length_mm = 0.01, .sensor_mm = 36};
+            option.set(lens, value);
+            std::string refusal;
+            try {
+                circle_for(lens, scene.stored);
+            } catch (const std::invalid_argument& error) {
+                refusal = error.what();
+            }
+            const bool is_too_near = contains(refusal, "farther away than the focal length"); // of another option
+            CHECK((refusal.starts_with(text(option.name, " = ")) && !is_too_near) == !option.accepts(value));
             ++checked;
         }
     return checked;
@@ -161,6 +196,7 @@ TEST_CASE("options: the library accepts what is described, and nothing else") {
     int checked = 0;
     for (const description::Operation& operation : description::operations())
         checked += check_library(operation, scene);
+    checked += check_lens(scene);
     scene.stored.image.device().finish(); // PoCL crashes where a program ends while a kernel is still being compiled
     std::cout << "options: the library checked " << checked << " values\n";
     CHECK(checked > 100);
@@ -199,8 +235,8 @@ TEST_CASE("options: the program accepts what is described, and nothing else") {
                 std::string command = operation.name;
                 std::ranges::replace(command, '_', '-');
                 const std::string refusal =
-                    usage_refusal({command, "no.exr", "-o", "out.exr", spelled + "=" + in_words(value)});
-                INFO(command << ' ' << spelled << '=' << in_words(value) << ": " << refusal);
+                    usage_refusal({command, "no.exr", "-o", "out.exr", spelled + "=" + in_words(option, value)});
+                INFO(command << ' ' << spelled << '=' << in_words(option, value) << ": " << refusal);
                 CHECK(contains(refusal, spelled + ": '") == !option.accepts(value));
                 ++checked;
             }

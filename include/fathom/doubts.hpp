@@ -1,7 +1,9 @@
 #pragma once
 
 #include <fathom/camera.hpp>
+#include <fathom/dof_masks.hpp>
 #include <fathom/findings.hpp>
+#include <fathom/lens_arguments.hpp>
 
 #include <string>
 #include <vector>
@@ -22,6 +24,15 @@ std::vector<std::string> depth_doubts(const Camera& camera, const HostDepth& sto
 /// The same of a few thousand pixels, spread evenly, and some rows: at most a millisecond for 1920 × 1080 pixels. Ranges and
 /// percentages are those of the sample. If nothing was measured at its pixels, nothing is said.
 std::vector<std::string> depth_doubts_of_sample(const Camera& camera, const HostDepth& stored);
+
+/// The same of a radius of `ssao`, in scene units: one that hardly reaches the next pixel, or beyond all that the image shows.
+std::vector<std::string> radius_doubts(const Camera& camera, const HostDepth& stored, double radius);
+
+/// The same of a lens and its `circle`, as `circle_for` makes it: metres where a lens has millimetres, a focus before or behind
+/// everything, circles that are all smaller than a pixel, or cut off at `max_coc_px`, which may be infinity.
+std::vector<std::string> lens_doubts(const Camera& camera, const HostDepth& stored, const LensArguments& lens,
+                                     const CircleOfConfusion& circle, Sky sky, double max_coc_px,
+                                     const LensWords& words = {});
 
 #pragma GCC visibility pop
 } // namespace fathom

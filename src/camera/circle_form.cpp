@@ -6,6 +6,8 @@
 
 #include "camera/circle_form.hpp"
 
+#include "description/check.hpp"
+#include "description/lens.hpp"
 #include "require.hpp"
 
 #include <cmath>
@@ -42,10 +44,8 @@ bool is_constant(const Affine& row) {
 }
 
 void check_circle(const CircleOfConfusion& circle, const DepthForm& form) {
-    require(std::isfinite(circle.k) && circle.k >= 0, "the circle's k = ", circle.k,
-            " must be finite and 0 or greater");
-    require(std::isfinite(circle.g) && circle.g >= 0, "the circle's g = ", circle.g,
-            " must be finite and 0 or greater");
+    description::Check{}("the circle's k", static_cast<double>(circle.k), description::circle_numbers);
+    description::Check{}("the circle's g", static_cast<double>(circle.g), description::circle_numbers);
     require(std::isfinite(circle.lens_depth), "the circle's lens_depth = ", circle.lens_depth, " must be finite");
     require(circle.telecentric != form.perspective, circle.telecentric
                                                         ? "a telecentric circle does not belong to a perspective camera"

@@ -58,7 +58,7 @@ void add_options(CLI::App& app, const description::Operation& operation, Argumen
             set(option, parse(option, option.by_default.value()).value());
     }
     add_described_options(app, operation.options, set, operation.group, {});
-    add_result_options(app, operation.options, arguments.files);
+    add_result_options(app, operation, arguments.files);
     for (const auto& [one, other] : operation.needing)
         if (one)
             app.get_option(spelled(one))->needs(app.get_option(spelled(other)));

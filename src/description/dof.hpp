@@ -24,8 +24,7 @@ void describe(const Visitor& v, Options& o) {
       "rms error of colours from 0 to 1, instead of a quality: takes the fastest quality whose measured error is at "
       "most this in every scene of docs/performance.md",
       "none");
-    v("sky", o.sky, {"blur", "sharp", "exclude"},
-      "blur: the background is infinitely far; sharp: it is in focus; exclude: it is left out like invalid pixels");
+    v("sky", o.sky, {"blur", "sharp", "exclude"}, sky_words);
     v("max_coc_px", o.max_coc_px, between(1, 512), "largest blur, on either side of the focus, pixels");
     v("clean_plate", in<&CleanPlate::color>(o.clean_plate), Kind::picture,
       "the picture without its near objects. It shows what a blurred foreground hides");

@@ -12,20 +12,19 @@ template <typename Visitor, Is<DofMasksOptions> Options>
 void describe(const Visitor& v, Options& o) {
     v("sharp_px", o.sharp_px, from(0), "circles of confusion up to this are wholly in focus, pixels");
     v("transition_px", o.transition_px, from(0), "circles larger by this are not in focus at all, pixels");
-    v("sky", o.sky, {"blur", "sharp", "exclude"},
-      "blur: the background is infinitely far; sharp: it is in focus; exclude: it is left out like invalid pixels");
+    v("sky", o.sky, {"blur", "sharp", "exclude"}, sky_words);
     v("max_coc_px", o.max_coc_px, above(0).or_infinite(),
       "max CoC, on either side of the focus, pixels: circles end there");
-    v("near_weight", o.near_weight, a_result, "the weight of what lies before the focus");
-    v("focus_weight", o.focus_weight, a_result, "the weight of what is in focus");
-    v("far_weight", o.far_weight, a_result, "the weight of what lies behind the focus");
-    v("max_near_coc", o.max_near_coc, a_result, "the max near CoC that reaches each pixel");
-    v("near_alpha", o.near_alpha, a_result, "how much of each pixel the blurred near field covers");
-    v("disocclusion", o.disocclusion, a_result, "where a blur shows what lies behind the near field");
-    v("mixed_pixels", o.mixed_pixels, a_result, "which pixels have a depth that was averaged over an edge");
+    v("near_weight", o.near_weight, a_result);
+    v("focus_weight", o.focus_weight, a_result);
+    v("far_weight", o.far_weight, a_result);
+    v("max_near_coc", o.max_near_coc, a_result);
+    v("near_alpha", o.near_alpha, a_result);
+    v("disocclusion", o.disocclusion, a_result);
+    v("mixed_pixels", o.mixed_pixels, a_result);
     v("tile_px", o.tile_px, whole(1, 65536), "width of a tile, pixels");
-    v("tile_min_coc", o.tile_min_coc, a_result, "the smallest CoC of each tile");
-    v("tile_max_coc", o.tile_max_coc, a_result, "the largest CoC of each tile");
+    v("tile_min_coc", o.tile_min_coc, a_result);
+    v("tile_max_coc", o.tile_max_coc, a_result);
 }
 
 struct DofMasksCall {
@@ -58,18 +57,19 @@ void describe_results(const Visitor& v, DofMasksCall& call, const StoredDepth& s
     v("coc", results.coc, true, pixel, lengths("coc"),
       "diameter of the circle of confusion in pixels, positive behind the focus; NaN if invalid");
     v("near_weight", results.near_weight, o.near_weight, pixel, fractions("near"),
-      "1 before the focus, 0 in it and behind it");
-    v("focus_weight", results.focus_weight, o.focus_weight, pixel, fractions("focus"), "1 in focus");
+      "the weight of what lies before the focus: 1 there, 0 in focus and behind it");
+    v("focus_weight", results.focus_weight, o.focus_weight, pixel, fractions("focus"),
+      "the weight of what is in focus");
     v("far_weight", results.far_weight, o.far_weight, pixel, fractions("far"),
-      "1 behind the focus, 0 in it and before it");
+      "the weight of what lies behind the focus: 1 there, 0 in focus and before it");
     v("max_near_coc", results.max_near_coc, o.max_near_coc, pixel, lengths("coc"),
-      "the largest near circle that reaches each pixel, pixels");
+      "the largest near CoC that reaches each pixel, pixels");
     v("near_alpha", results.near_alpha, o.near_alpha, pixel, fractions("near"),
       "how much of each pixel the blurred near field covers");
     v("disocclusion", results.disocclusion, o.disocclusion, pixel, fractions("disocclusion"),
-      "1 where a blur shows what lies behind the near field");
+      "where a blur shows what lies behind the near field: 1 there, else 0");
     v("mixed_pixels", results.mixed_pixels, o.mixed_pixels, pixel, fractions("mixed"),
-      "1 where depth was averaged over an edge");
+      "which pixels have a depth that was averaged over an edge: 1 for them, else 0");
     v("tile_min_coc", results.tile_min_coc, o.tile_min_coc, tile, lengths("min"),
       "the smallest CoC of each tile, pixels");
     v("tile_max_coc", results.tile_max_coc, o.tile_max_coc, tile, lengths("max"),

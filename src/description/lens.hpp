@@ -30,11 +30,16 @@ void describe(const Visitor& v, Arguments& lens) {
     describe_optics(v, lens);
 }
 
+inline constexpr const char* sky_words =
+    "blur: the background is infinitely far; sharp: it is in focus; exclude: it is left out like invalid pixels";
+
+inline constexpr Range circle_numbers = from(0);
+
 /// A circle of confusion, which a lens may stand for.
 template <typename Visitor, typename Circle>
 void describe_circle(const Visitor& v, Circle& circle) {
     v("circle", circle, Kind::lens,
-      "(k, g) instead of a lens: circles are k - g/z pixels wide, or g z - k for an orthographic camera");
+      "k and g instead of a lens: circles are k - g/z pixels wide, or g z - k for an orthographic camera");
 }
 
 } // namespace fathom::description

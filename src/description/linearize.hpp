@@ -26,7 +26,7 @@ holds it as channel Z, and a distance along the ray as channel distance. Invalid
 Example:
   fathom linearize frame.exr --camera camera.json -o frame.z.exr
   fathom linearize shots/*.png --camera camera.json -o depth/ --format tif)",
-        .group = "Output",
+        .group = "Distance",
         .layer = "linear"};
 
     LinearizeOptions options = {};

@@ -53,6 +53,11 @@ Operation operation_of() {
                        static_cast<const Call*>(call)->run(stored, launch);
                    },
                    {}};
+    Call call;
+    for (const Result& result : description::results_of(call, {}))
+        for (Option& option : made.options)
+            if (option.kind == Kind::result && option.name == std::string_view(result.name))
+                option.words = result.words;
     if constexpr (requires(const Tile& tile, const Call& call) { fathom::reach(tile, call.options); })
         made.reach = [](const void* call, const Tile& tile) {
             return fathom::reach(tile, static_cast<const Call*>(call)->options);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "description/field.hpp"
+#include "description/lens.hpp"
 #include "description/range.hpp"
 
 #include <fathom/image.hpp>
@@ -63,7 +64,9 @@ struct Option {
                                                   "an image of one float a pixel",
                                                   "stored depth of the same camera",
                                                   "four whole numbers: x, y, width and height",
-                                                  "two numbers, k and g"};
+                                                  ""};
+        if (kind == Kind::lens)
+            return text("two numbers ", circle_numbers.limits(), ", k and g");
         if (kind == Kind::three && three == Three::direction)
             return "three numbers, one of which is not 0";
         return kind == Kind::number   ? range.in_words()
@@ -72,6 +75,11 @@ struct Option {
     }
 
     bool accepts(const Value& value) const {
+        if (const auto* index = std::get_if<std::size_t>(&value))
+            return *index < choices.size();
+        if (const auto* circle = std::get_if<CircleOfConfusion>(&value))
+            return circle_numbers.holds(static_cast<double>(circle->k)) &&
+                   circle_numbers.holds(static_cast<double>(circle->g));
         if (const auto* number = std::get_if<double>(&value))
             return range.holds(*number);
         const auto* numbers = std::get_if<std::array<double, 3>>(&value);
@@ -104,7 +112,7 @@ public:
         add(field, by_default, {.name = name, .words = words, .kind = Option::Kind::three, .three = three});
     }
     template <typename Field>
-    void operator()(const char* name, Field&& field, Kind kind, const char* words,
+    void operator()(const char* name, Field&& field, Kind kind, const char* words = "",
                     const char* by_default = nullptr) const {
         add(field, by_default, {.name = name, .words = words, .kind = kind});
     }

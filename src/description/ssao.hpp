@@ -40,12 +40,12 @@ void describe(const Visitor& v, Options& o) {
     v("tolerance", o.tolerance, above(0),
       "how far depth may be off, in half steps of its storage. Raise it for a noisy sensor");
     v("seed", o.seed, whole(0, 4294967295.0), "turns the jitter");
-    v("normals", o.normals, Kind::directions, "of unit length, which nobody checks", "from the depth");
+    v("normals", o.normals, Kind::directions, "normals of unit length, which nobody checks", "from the depth");
     v("normals_space", o.normals_space, {"view", "world"},
       "axes of the normals that are given: the camera's or the world's, which need the camera's view matrix");
     v("region", o.region, Kind::region, "the part that is computed, pixels. Samples still come from the whole image");
-    v("bent_normal", o.bent_normal, a_result, "the mean open direction: of unit length, in the camera's axes");
-    v("confidence", o.confidence, a_result, "the fraction of samples that hit valid pixels inside the image");
+    v("bent_normal", o.bent_normal, a_result);
+    v("confidence", o.confidence, a_result);
 }
 
 struct SsaoCall {
@@ -78,9 +78,9 @@ void describe_results(const Visitor& v, SsaoCall& call, const StoredDepth& store
     v("visibility", call.results.visibility, true, floats(size, 1), fractions("AO"),
       "1 open, 0 blocked; NaN for invalid pixels");
     v("bent_normal", call.results.bent_normal, o.bent_normal, floats(size, 3), directions("N.X N.Y N.Z"),
-      "the mean open direction: unit length, in view space, whatever normals_space is");
+      "the mean open direction: of unit length, in the camera's axes");
     v("confidence", call.results.confidence, o.confidence, floats(size, 1), fractions("confidence"),
-      "fraction of samples that hit valid pixels inside the image");
+      "the fraction of samples that hit valid pixels inside the image");
 }
 
 } // namespace fathom::description

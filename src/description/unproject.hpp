@@ -31,7 +31,7 @@ are NaN. A PLY leaves them out. It may have the points' colours (--color, sRGB o
 
 Example:
   fathom unproject frame.exr --camera camera.json -o points.ply --space world)",
-        .group = "Output"};
+        .group = "Positions"};
 
     UnprojectOptions options = {};
     Image result = {};

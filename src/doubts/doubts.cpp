@@ -2,6 +2,7 @@
 #include <fathom/doubts.hpp>
 
 #include "camera/form.hpp"
+#include "doubts/lengths.hpp"
 #include "doubts/look.hpp"
 #include "doubts/stored_values.hpp"
 #include "text.hpp"
@@ -349,7 +350,11 @@ std::vector<std::string> doubts(const Subject& subject) {
     return said;
 }
 
-std::vector<std::string> depth_doubts(const Camera& camera, const HostDepth& stored) {
+namespace {
+
+// Asks about the whole image.
+template <typename Ask>
+auto asked_of(const Camera& camera, const HostDepth& stored, const Ask& ask) {
     const auto decode = decoder(camera, stored);
     std::vector<float> z;
     z.reserve(static_cast<std::size_t>(stored.width) * static_cast<std::size_t>(stored.height));
@@ -362,7 +367,24 @@ std::vector<std::string> depth_doubts(const Camera& camera, const HostDepth& sto
     Subject subject(camera, stored.storage);
     subject.add(stored, distances);
     subject.each = [&](const auto& visit) { visit(stored, distances); };
-    return doubts(subject);
+    return ask(subject);
+}
+
+} // namespace
+
+std::vector<std::string> depth_doubts(const Camera& camera, const HostDepth& stored) {
+    return asked_of(camera, stored, doubts);
+}
+
+std::vector<std::string> radius_doubts(const Camera& camera, const HostDepth& stored, double radius) {
+    return asked_of(camera, stored, [&](const Subject& subject) { return radius_doubts(subject, radius); });
+}
+
+std::vector<std::string> lens_doubts(const Camera& camera, const HostDepth& stored, const LensArguments& lens,
+                                     const CircleOfConfusion& circle, Sky sky, double max_coc_px,
+                                     const LensWords& words) {
+    return asked_of(camera, stored,
+                    [&](const Subject& subject) { return lens_doubts(subject, lens, circle, sky, max_coc_px, words); });
 }
 
 std::vector<std::string> depth_doubts_of_sample(const Camera& camera, const HostDepth& stored) {

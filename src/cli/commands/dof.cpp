@@ -141,16 +141,16 @@ Picture blur(const DofArguments& options, const StoredDepth& stored, Loaded& fra
 }
 
 void add_clean_plate_options(CLI::App& app, DofArguments& options) {
-    CLI::Option* clean_plate = app.add_option("--clean-plate", options.clean_plate,
-                                              "the picture without its near objects. It shows what a blurred\n"
-                                              "foreground hides, instead of a guess")
-                                   ->type_name("IMAGE")
-                                   ->group("Input");
+    const std::vector<description::Option> described = description::options_of(options.dof);
+    CLI::Option* clean_plate =
+        app.add_option("--clean-plate", options.clean_plate, described_words(described, "--clean-plate"))
+            ->type_name("IMAGE")
+            ->group("Picture");
     app.add_option("--clean-plate-depth", options.clean_plate_depth,
-                   "depth of the clean plate (default: the clean plate's own file)")
+                   described_words(described, "--clean-plate-depth", " (default: the clean plate's own file)"))
         ->type_name("DEPTH")
         ->needs(clean_plate)
-        ->group("Input");
+        ->group("Picture");
 }
 
 std::function<int()> configure_dof(CLI::App& app) {

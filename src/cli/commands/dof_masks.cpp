@@ -96,7 +96,7 @@ std::function<int()> configure_dof_masks(CLI::App& app) {
     add_picture_options(app, options->picture, "a picture whose size and edges the masks are to have");
     app.get_option("--color")->required(false);
     add_lens_options(app, options->lens);
-    add_described_options(app, options->masks, "Masks", {"tile_px"});
+    add_described_options(app, options->masks, described_masks.group);
     app.add_option_function<std::string>(
            "--mask",
            [options](const std::string& name) {
@@ -108,9 +108,7 @@ std::function<int()> configure_dof_masks(CLI::App& app) {
         ->type_name(CLI::detail::join(channels, "|"))
         ->check(is_one_of(channels))
         ->group("Output");
-    const std::vector<description::Option> described = description::options_of(options->masks);
-    add_result_options(app, described, options->more);
-    add_described_options(app, options->masks, "Output", {"sharp_px", "transition_px", "sky", "max_coc_px"});
+    add_result_options(app, described_masks, options->more);
     add_relative_options(app, options->relative);
     options->camera.or_relative = true;
     return [=, tile_px = app.get_option("--tile-px")] {

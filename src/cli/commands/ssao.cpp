@@ -4,6 +4,7 @@
 #include "cli/options/depth_options.hpp"
 #include "cli/options/described.hpp"
 #include "cli/options/max_error.hpp"
+#include "doubts/lengths.hpp"
 #include "io/floats_on_host.hpp"
 #include "shot/each_depth.hpp"
 #include "terminal/messages.hpp"
@@ -18,7 +19,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <iterator>
 
 namespace fathom::cli {
 namespace {
@@ -102,35 +102,6 @@ cv::Mat read_thickness(const std::filesystem::path& file, const Job& job) {
     return thickness;
 }
 
-// A radius that hardly reaches the next pixel, or that reaches beyond all that the image shows.
-std::vector<std::string> radius_doubts(double radius, const StoredDepth& stored, const Subject& subject) {
-    std::vector<float> depths; // enough for a median that is good to a few percent
-    for (const Cross& cross : subject.crosses)
-        std::ranges::copy_if(cross.z, std::back_inserter(depths), [](float z) { return std::isfinite(z); });
-    if (depths.empty())
-        return {};
-    const Look& look = subject.look;
-    const Camera& camera = stored.camera;
-    const bool perspective = depth_form(camera, stored.storage).perspective;
-    const auto scale = static_cast<double>(pixel_scale(camera).x);
-    const double centre = perspective ? static_cast<double>(camera_rays(camera).centre_depth) : 0;
-    const auto length_of_pixel = [&](float z) { return (perspective ? static_cast<double>(z) - centre : 1) / scale; };
-    const auto middle = depths.begin() + static_cast<std::ptrdiff_t>(depths.size() / 2);
-    std::ranges::nth_element(depths, middle);
-    const double pixel = length_of_pixel(*middle), across = pixel * std::hypot(camera.width, camera.height);
-    if (radius < pixel / 2)
-        return {fmt::format(
-            "the radius of {} is less than half a pixel for most pixels, so that little is occluded: depths "
-            "run from {:.4g} to {:.4g}, where {:.2g} would be 16 pixels",
-            number(radius), look.nearest, look.farthest, 16 * pixel)};
-    if (radius > std::hypot(across, static_cast<double>(look.farthest) - static_cast<double>(look.nearest)))
-        return {fmt::format(
-            "the radius of {} is larger than all that most pixels see: depths run from {:.4g} to {:.4g}, and "
-            "the view is {:.2g} wide in their middle; is it in scene units?",
-            number(radius), look.nearest, look.farthest, pixel * camera.width)};
-    return {};
-}
-
 Images read_images(const SsaoArguments& options, const Job& job) {
     Images images;
     if (options.normals) {
@@ -168,20 +139,20 @@ std::function<int()> configure_ssao(CLI::App& app) {
     const Product visibility = product_of(described_ssao, described_ssao.results_of(&call, {}).front());
     add_depth_options(app, *options, visibility);
     add_occlusion_options(app, *options);
-    CLI::Option* normals = app.add_option("--normals", options->normals,
-                                          "use these normals, as `fathom normals` writes them: EXR, PNG,\n"
-                                          "TIFF or PFM (default: from the depth)");
+    CLI::Option* normals = app.add_option(
+        "--normals", options->normals,
+        described_words(described_ssao.options, "--normals",
+                        ", as `fathom normals` writes them: EXR, PNG, TIFF or PFM (default: from the depth)"));
     normals->type_name("FILE")->group("Input");
     app.get_option("--normals-space")->needs(normals);
     app.add_option("--thickness-map", options->thickness_map,
-                   "a --thickness for each pixel: an image of floats, scene units")
+                   described_words(described_ssao.options, "--thickness-map"))
         ->type_name("FILE")
         ->excludes("--thickness")
         ->group("Input");
     app.add_option_function<std::string>(
            "--region", [options](const std::string& text) { parse_region(text, options->options.region.emplace()); },
-           "compute this part of the image only. Results have its size (EXR:\nits data window). Samples still come "
-           "from the whole image")
+           described_words(described_ssao.options, "--region", ". Results have its size (EXR: its data window)"))
         ->type_name("X,Y,W,H")
         ->check(CLI::Validator(
             [](std::string& text) {
@@ -190,7 +161,7 @@ std::function<int()> configure_ssao(CLI::App& app) {
             },
             ""))
         ->group("Output");
-    add_result_options(app, description::options_of(options->options), options->more);
+    add_result_options(app, described_ssao, options->more);
 
     return [=] {
         if (!(options->radius > 0)) {
@@ -215,8 +186,8 @@ std::function<int()> configure_ssao(CLI::App& app) {
                            : reach(tile, radius_of(*options, job), options->options, static_cast<double>(look.nearest));
             };
         }
-        more.length_doubts = [options](const StoredDepth& stored, const Subject& subject, const Job& job) {
-            return radius_doubts(radius_of(*options, job), stored, subject);
+        more.length_doubts = [options](const StoredDepth&, const Subject& subject, const Job& job) {
+            return radius_doubts(subject, radius_of(*options, job));
         };
         return each_depth(*options, visibility, more,
                           [&](const StoredDepth& stored, Loaded& frame) { return occlude(*options, stored, frame); });

@@ -40,12 +40,13 @@ std::function<int()> configure_unproject(CLI::App& app) {
                           .channels = {"P.X", "P.Y", "P.Z"}};
     const auto options = std::make_shared<UnprojectArguments>();
     UnprojectOptions& unprojection = options->unproject;
+    constexpr const char* group = description::UnprojectCall::said.group;
     add_depth_options(app, *options, product);
-    add_described_options(app, unprojection, "Output");
+    add_described_options(app, unprojection, group);
     CLI::Option* origin = app.get_option("--origin")->needs(app.get_option("--space"));
     add_picture_options(app, options->picture, "colours of the points of a .ply");
     app.get_option("--color")->required(false);
-    app.add_flag("--normals", options->normals, "a .ply also holds the points' normals")->group("Output");
+    app.add_flag("--normals", options->normals, "a .ply also holds the points' normals")->group(group);
     return [options, product, origin] {
         if (origin->count() > 0 && options->unproject.space == Space::view)
             throw UsageError("--origin: a point of the world, without meaning in --space view; say --space world");

@@ -28,8 +28,9 @@ bool can_change(const CLI::Option& option) {
         return std::ranges::find(names, name) != names.end();
     };
     return option.get_expected_max() == 1 && !option.get_positional() &&
-           (option.get_name() == "--blur-px" || !is_one(option.get_group(), {"Input", "Frames", "Output", "Report",
-                                                                             "Device", "Relative depth", "Options"}));
+           (option.get_name() == "--blur-px" ||
+            !is_one(option.get_group(), {"Input", "Picture", "Distance", "Positions", "Frames", "Output", "Report",
+                                         "Device", "Relative depth", "Options"}));
 }
 
 CLI::Option& option_called(CLI::App& app, const std::string& name) {

@@ -72,8 +72,8 @@ std::vector<double> numbers_in(const std::string& text, std::size_t count) {
 
 CLI::Option* add_numbers_option(CLI::App& app, const char* name, const char* form, std::size_t count,
                                 const std::function<bool(const std::vector<double>&)>& accepted,
-                                const std::function<void(const std::vector<double>&)>& take, const char* what,
-                                const char* description) {
+                                const std::function<void(const std::vector<double>&)>& take, const std::string& what,
+                                const std::string& description) {
     const auto check = [=](std::string& text) {
         const std::vector<double> values = numbers_in(text, count);
         return !values.empty() && accepted(values) ? std::string() : "'" + text + "' will not do; it is " + what;
@@ -200,7 +200,8 @@ void add_depth_options(CLI::App& app, DepthOptions& options, const Product& prod
         std::vector<Given> given;
         for (const CLI::Option* option : app.get_options())
             if (option->count() > 0)
-                given.push_back({option->get_name(), option->results(), option->get_group() == "Input"});
+                given.push_back({option->get_name(), option->results(),
+                                 option->get_group() == "Input" || option->get_group() == "Picture"});
         return given;
     };
     add_option(app, "Input", "DEPTH", "DEPTH", options.inputs.arguments,

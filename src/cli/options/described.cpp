@@ -159,8 +159,14 @@ void add_described_options(CLI::App& app, const std::vector<Option>& options, co
     }
 }
 
-void add_result_options(CLI::App& app, const std::vector<Option>& options, std::map<std::string, std::string>& files) {
-    for (const Option& option : options)
+std::string described_words(const std::vector<Option>& options, const std::string& option, const std::string& more) {
+    const auto its = std::ranges::find_if(options, [&](const Option& one) { return spelled(one) == option; });
+    return wrapped(its->words + more);
+}
+
+void add_result_options(CLI::App& app, const description::Operation& operation,
+                        std::map<std::string, std::string>& files) {
+    for (const Option& option : operation.options)
         if (option.kind == Option::Kind::result && !spelled(option.name).empty())
             app.add_option_function<std::string>(
                    spelled(option.name),

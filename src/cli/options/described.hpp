@@ -1,6 +1,6 @@
 #pragma once
 
-#include "description/option.hpp"
+#include "description/operations.hpp"
 
 #include <functional>
 #include <initializer_list>
@@ -40,8 +40,12 @@ void add_described_options(CLI::App& app, Options& options, const std::string& g
         group, otherwise);
 }
 
+/// What the description says of an option that the program has in its own way, then `more`.
+std::string described_words(const std::vector<description::Option>& options, const std::string& option,
+                            const std::string& more = "");
+
 /// Adds an option for each result that may be asked for beside the first one: the file that it goes to, by its name.
-void add_result_options(CLI::App& app, const std::vector<description::Option>& options,
+void add_result_options(CLI::App& app, const description::Operation& operation,
                         std::map<std::string, std::string>& files);
 
 } // namespace fathom::cli

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "doubts/look.hpp"
+#include "doubts/lengths.hpp"
 #include "shot/camera.hpp"
 
 #include <fathom/dof_masks.hpp>
@@ -31,15 +31,7 @@ void complete(LensArguments& lens, const CameraFile& camera, const std::string& 
 /// Throws: Error, for instance for a pixel without depth.
 CircleOfConfusion circle_for(const LensArguments& lens, const StoredDepth& stored, const Windows& windows);
 
-/// No circle of an image that shows this is wider, in pixels. It may be infinite.
-double widest_coc(const CircleOfConfusion& circle, const Look& look, Sky sky);
-
-/// What is probably wrong with a lens for an image. Circles end at `max_coc_px`, which may be infinity.
-std::vector<std::string> lens_doubts(const LensArguments& lens, const CircleOfConfusion& circle, const Subject& subject,
-                                     Sky sky, double max_coc_px);
-
-/// The same of circles that come from no lens. `cure` is what to change.
-std::vector<std::string> circle_doubts(const CircleOfConfusion& circle, const Subject& subject, Sky sky,
-                                       double max_coc_px, const std::string& cure);
+/// How messages name the program's options, and the camera.
+LensWords lens_words(const std::string& camera = "the camera");
 
 } // namespace fathom::cli

@@ -53,13 +53,13 @@ Product picture_product(const std::string& layer) {
 }
 
 void add_picture_options(CLI::App& app, PictureOptions& options, const std::string& what) {
-    add_option(app, "Input", "--color", "IMAGE", options.color,
+    add_option(app, "Picture", "--color", "IMAGE", options.color,
                what + ": EXR, JPEG, PNG, TIFF, HDR or PFM.\nIt shows what the depth shows, which may have another size")
         ->required();
-    add_option(app, "Input", "--color-layer", "NAME", options.color_layer,
+    add_option(app, "Picture", "--color-layer", "NAME", options.color_layer,
                "EXR layer that holds the picture\n(default: R, G, B, or *.Combined, *.beauty, or the only one)");
     add_option(
-        app, "Input", "--color-space", "auto|linear|srgb",
+        app, "Picture", "--color-space", "auto|linear|srgb",
         [&options](const std::string& text) {
             if (text != "auto")
                 options.encoding = text == "srgb" ? ColorEncoding::srgb : ColorEncoding::linear;

@@ -104,7 +104,7 @@ CircleOfConfusion circle_of(const RelativeOptions& relative, const LensArguments
 
 double widest_circle(const LensArguments& lens, const Tile& image, const Look& look, Sky sky, const Job& job) {
     const StoredDepth stored{.image = {}, .camera = image.camera, .storage = image.storage};
-    return widest_coc(circle_of({}, lens, stored, job), look, sky);
+    return widest_shown(circle_of({}, lens, stored, job), look, sky);
 }
 
 std::vector<std::string> blur_doubts(const RelativeOptions& relative, const LensArguments& lens,
@@ -112,10 +112,11 @@ std::vector<std::string> blur_doubts(const RelativeOptions& relative, const Lens
                                      double max_coc_px) {
     const CircleOfConfusion circle = circle_of(relative, lens, stored, job);
     if (!relative.order)
-        return lens_doubts(lens_of(lens, job), circle, subject, sky, max_coc_px);
+        return lens_doubts(subject, lens_of(lens, job), circle, sky, max_coc_px, lens_words());
     if (relative.focus_range)
         return {}; // all may be in focus
-    return circle_doubts(circle, subject, sky, max_coc_px, fmt::format("--blur-px is {}", number(*relative.blur_px)));
+    return circle_doubts(subject, circle, sky, max_coc_px, fmt::format("--blur-px is {}", number(*relative.blur_px)),
+                         lens_words());
 }
 
 } // namespace fathom::cli
