@@ -108,7 +108,7 @@ void check_kept(const std::vector<bench::Method>& asked, const std::vector<bench
 
 } // namespace
 
-TEST_CASE("max_error: that of ssao and normals is kept twice over where it was not measured", "[bench][slow]") {
+TEST_CASE("max_error: that of ssao and normals is kept twice over where it was not measured", "[bench][exhaustive]") {
     std::vector<bench::Method> asked;
     add_asked(asked, "ssao", Storage::float32);
     add_asked(asked, "normals", Storage::float32);
@@ -116,7 +116,7 @@ TEST_CASE("max_error: that of ssao and normals is kept twice over where it was n
     check_kept(asked, other_views());
 }
 
-TEST_CASE("max_error: that of dof is kept twice over where it was not measured", "[bench][slow]") {
+TEST_CASE("max_error: that of dof is kept twice over where it was not measured", "[bench][exhaustive]") {
     std::vector<bench::Method> asked;
     add_asked(asked, "dof", Storage::float32);
     std::vector<bench::View> others = other_views();

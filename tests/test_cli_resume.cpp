@@ -439,7 +439,7 @@ void kill_and_resume(int rounds) {
 } // namespace
 
 TEST_CASE("resume: killed at random moments and resumed, every frame is made once", "[slow]") {
-    kill_and_resume(15);
+    kill_and_resume(6);
 }
 
 TEST_CASE("resume: killed at fifty random moments and resumed, every frame is made once", "[exhaustive]") {

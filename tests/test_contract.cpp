@@ -510,16 +510,6 @@ TEST_CASE("contract: the same bits for another vector width, group size and stri
             check_same_bits(calls_of(operation.name).front(), Scene(width, height), {0, 0});
 }
 
-TEST_CASE("contract: the same bits for three of four vector widths", "[contract][slow]") {
-    const Scene damaged(131, 45, true), large(307, 300);
-    std::size_t next = 0; // the case above tries the width of this place
-    for (const Call& call : calls()) {
-        check_same_bits(call, damaged, widths_and_groups[(next + 1) % 4]);
-        check_same_bits(call, large, widths_and_groups[(next + 2) % 4]);
-        ++next;
-    }
-}
-
 TEST_CASE("contract: the same bits for every vector width", "[contract][exhaustive]") {
     const Scene damaged(131, 45, true), large(307, 300);
     for (const Call& call : calls())

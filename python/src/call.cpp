@@ -8,6 +8,7 @@
 
 #include <nanobind/stl/string.h>
 
+#include <algorithm>
 #include <array>
 #include <chrono>
 #include <cstdlib>
@@ -16,6 +17,7 @@
 #include <map>
 #include <mutex>
 #include <new>
+#include <span>
 #include <stdexcept>
 
 namespace fathom::python {
@@ -283,7 +285,26 @@ struct HostImage {
     }
 };
 
+// Depth of signed 16 bits: codes, or floats where some are below 0.
+HostImage image_of_shorts(const ReadArray& array, const char* argument) {
+    Strided s = strided(array, argument);
+    auto held = std::make_shared<HeldArray>(HeldArray{array});
+    held->copy = compacted(array.data(), s, sizeof(std::int16_t));
+    s.layout.row_stride = 0;
+    const std::span codes(reinterpret_cast<const std::int16_t*>(held->copy.get()),
+                          static_cast<std::size_t>(s.layout.width) * static_cast<std::size_t>(s.layout.height) *
+                              static_cast<std::size_t>(s.layout.channels));
+    if (std::ranges::none_of(codes, [](std::int16_t code) { return code < 0; }))
+        return {held, Element::u16, s.layout, held->copy.get()};
+    const std::shared_ptr<std::byte[]> floats(new std::byte[codes.size() * sizeof(float)]);
+    std::ranges::copy(codes, reinterpret_cast<float*>(floats.get()));
+    held->copy = floats;
+    return {held, Element::f32, s.layout, floats.get()};
+}
+
 HostImage host_image(const ReadArray& array, Holds holds, const char* argument) {
+    if (holds == Holds::depth && array.dtype() == nb::dtype<std::int16_t>())
+        return image_of_shorts(array, argument);
     const Element element = checked_element(array.dtype(), holds, argument);
     Strided s = strided(array, argument);
     auto held = std::make_shared<HeldArray>(HeldArray{array});

@@ -329,3 +329,14 @@ def test_distance_along_the_ray_and_positions_without_mixed_pixels(millimetres, 
     flying = numpy.isnan(fathom.unproject(edge, kinect, no_mixed_pixels=True)[..., 0])
     mixed = fathom.dof_masks(edge, kinect, circle=(20, 100), mixed_pixels=True).mixed_pixels == 1
     assert numpy.array_equal(flying, mixed) and flying[1:-1, WIDTH // 2].all()
+
+
+def test_signed_shorts_are_codes_or_numbers_below_0(millimetres, keys, kinect):
+    same = fathom.linearize(millimetres.astype(numpy.int16), kinect)
+    assert numpy.array_equal(same, fathom.linearize(millimetres, kinect), equal_nan=True)
+    backwards = fathom.Camera(**{**keys, "width": WIDTH // 2}, scale=-0.001)
+    below = -millimetres.astype(numpy.int16)[:, ::2]  # with gaps
+    got = fathom.linearize(below, backwards)
+    assert numpy.array_equal(got, fathom.linearize(below.astype(numpy.float32), backwards), equal_nan=True)
+    measured = below != 0
+    assert numpy.array_equal(got[measured], same[:, ::2][measured])
