@@ -34,7 +34,7 @@ INLINE intV mixed_at(const window* w, const mixed_params* p) {
     const floatV q = neighbour(w, 0, 0);
     const floatV west = neighbour(w, -1, 0), east = neighbour(w, 1, 0);
     const floatV north = neighbour(w, 0, -1), south = neighbour(w, 0, 1);
-    const floatV size = max(max(fabs(west), fabs(east)), max(fabs(north), fabs(south)));
+    const floatV size = fmax(fmax(fabs(west), fabs(east)), fmax(fabs(north), fabs(south))); // of those that are there
     const floatV error =
         fma(fma((floatV)p->error_quadratic, size, (floatV)p->error_linear), size, (floatV)p->error_constant);
     const floatV tolerance = 4.0f * error, widths = fma((floatV)p->step_linear, fabs(q), (floatV)p->step_constant);
