@@ -266,3 +266,18 @@ TEST_CASE("dof program: a clean plate shows what the foreground hides") {
                   "small.exr: is 47 × 32");
     CHECK(scene.folder.results().empty());
 }
+
+TEST_CASE("dof program: --highlights restores a lamp that is cut off, and no pale colour") {
+    const Scene scene;
+    cv::Mat codes(height, width, CV_8UC3, cv::Scalar(255, 236, 196)); // blue first
+    codes.colRange(0, width / 2).setTo(cv::Scalar(60, 200, 255));
+    const std::string png = scene.folder / "photo.png", exr = scene.folder / "out/light.exr";
+    cv::imwrite(png, codes);
+    for (const std::string& out : {exr, scene.folder / "out/light.png"})
+        check_done({"dof", scene.input, "--color", png, "--camera", scene.camera, "-o", out, "--circle", "0,0",
+                    "--highlights", "4"});
+    const cv::Mat light = read_color(exr), written = cv::imread(scene.folder / "out/light.png", cv::IMREAD_COLOR);
+    CHECK(light.at<cv::Vec3f>(1, 1)[2] > 2); // the lamp's red
+    constexpr int most_codes = 12;
+    CHECK(cv::norm(written.colRange(width / 2, width), codes.colRange(width / 2, width), cv::NORM_INF) <= most_codes);
+}

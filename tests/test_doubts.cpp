@@ -135,6 +135,49 @@ TEST_CASE("doubts: mistakes are told of an image and of a sample of it, and what
     check_silent(camera_of(Encoding::view_z), host(sky, Storage::float32));
 }
 
+TEST_CASE("doubts: units that no source of metres or millimetres has are told", "[doubts]") {
+    Camera metres = camera_of(Encoding::view_z), millimetres = metres;
+    metres.in_metres = millimetres.in_metres = true;
+    millimetres.scale = 0.001;
+    check_silent(metres, host(image<float>([](double z) { return 100 * z; }), Storage::float32)); // to 1 km
+    check_told(metres, host(image<float>([](double z) { return 1000 * z; }), Storage::float32), "\"scale\": 0.001");
+    check_silent(millimetres, host(image<std::uint16_t>([](double z) { return 100 * z; }), Storage::uint16));
+    check_told(millimetres, host(image<std::uint16_t>([](double z) { return 20 * z; }), Storage::uint16),
+               "nearer than such cameras see");
+}
+
+TEST_CASE("doubts: a radius and a lens are held against what the image shows", "[doubts]") {
+    const auto metres = image<float>([](double z) { return z; }); // 2 to 10
+    const Camera camera = camera_of(Encoding::view_z);
+    const HostDepth stored = host(metres, Storage::float32);
+    const auto one = [](const std::vector<std::string>& said, const std::string& words) {
+        REQUIRE(said.size() == 1);
+        CHECK_THAT(said.front(), ContainsSubstring(words));
+    };
+    CHECK(radius_doubts(camera, stored, 0.5).empty());
+    one(radius_doubts(camera, stored, 1e-5), "less than half a pixel for most pixels");
+    one(radius_doubts(camera, stored, 500), "larger than all that most pixels see");
+    const auto doubts_of = [&](const Lens& lens, double most = 512) {
+        const LensArguments arguments{.focus = lens.focus,
+                                      .f_stop = lens.f_stop,
+                                      .focal_length_mm = lens.focal_length_mm,
+                                      .mm_per_unit = lens.mm_per_unit};
+        return lens_doubts(camera, stored, arguments, circle_of_confusion(lens, camera), Sky::blur, most);
+    };
+    const Lens right{.f_stop = 2, .focus = 3, .focal_length_mm = 50, .mm_per_unit = 100};
+    const auto with = [&](const auto& change) {
+        Lens lens = right;
+        change(lens);
+        return lens;
+    };
+    CHECK(doubts_of(right).empty());
+    one(doubts_of(with([](Lens& lens) { lens.focal_length_mm = 0.05; })),
+        "focal_length_mm: 0.05 mm is smaller than any");
+    one(doubts_of(with([](Lens& lens) { lens.mm_per_unit = 1e5; })), "nothing is blurred");
+    one(doubts_of(right, 0.01), "are cut off at max_coc_px 0.01");
+    one(doubts_of(with([](Lens& lens) { lens.focus = 0.9; })), "the focus of 0.9 lies before everything");
+}
+
 TEST_CASE("doubts: numbers in a cure are those of JSON, whatever the locale of the process", "[doubts]") {
     struct Comma : std::numpunct<char> {
         char do_decimal_point() const override { return ','; }
