@@ -195,11 +195,12 @@ void set_special_values(DepthForm& form, const Camera& camera, Storage storage) 
                                                         : high > low;
     form.farther = larger_is_farther ? 1.0f : -1.0f;
     const bool exactly_65504 = camera.background_from_largest_half && storage == Storage::float32;
-    if (exactly_65504 && !camera.background && form.missing != bits_of("background", 65504, storage))
-        form.background = bits_of("background", 65504, storage);
+    const double half_end = static_cast<double>(form.farther) * 65504;
+    if (exactly_65504 && !camera.background && form.missing != bits_of("background", half_end, storage))
+        form.background = bits_of("background", half_end, storage);
     if (!camera.background_from && !camera.background_from_largest_half)
         return;
-    double from = camera.background_from.value_or(exactly_65504 ? 1e10 : 65504);
+    double from = camera.background_from.value_or(static_cast<double>(form.farther) * (exactly_65504 ? 1e10 : 65504));
     require(!std::isnan(from), "background_from must be a number");
     if (storage == Storage::float16 && std::isfinite(from)) // half floats end there: what lies beyond was clipped
         from = std::clamp(from, -65504.0, 65504.0);

@@ -125,11 +125,14 @@ Projection perspective(FrustumEdges edges, DepthSpan span, Convention convention
 
 Projection perspective(Intrinsics intrinsics, DepthSpan span, Convention convention) {
     const Intrinsics& k = intrinsics;
-    require(std::isfinite(k.fx) && k.fx > 0 && std::isfinite(k.fy) && k.fy > 0, "fx = ", k.fx, " and fy = ", k.fy,
-            " must be greater than 0",
-            k.fx > 0 && k.fy < 0 ? "; below 0, fy says that y points up: leave its sign out and say \"view_axes\": "
-                                   "\"directx\" (x right, y up, z ahead)"
-                                 : "");
+    require(
+        std::isfinite(k.fx) && k.fx > 0 && std::isfinite(k.fy) && k.fy > 0, "fx = ", k.fx, " and fy = ", k.fy,
+        " must be greater than 0",
+        k.fx < 0 && k.fy > 0
+            ? "; below 0, fx says that the image is mirrored: flip it, take width - cx for cx, and leave the sign out"
+        : k.fx > 0 && k.fy < 0 ? "; below 0, fy says that y points up: leave its sign out and say \"view_axes\": "
+                                 "\"directx\" (x right, y up, z ahead)"
+                               : "");
     require(std::isfinite(k.cx) && std::isfinite(k.cy), "cx = ", k.cx, " and cy = ", k.cy, " must be finite");
     require(k.width > 0 && k.height > 0, "an image of ", k.width, " x ", k.height, " pixels has no intrinsics");
     const Real fx = k.fx, fy = k.fy, cx = k.cx, cy = k.cy;

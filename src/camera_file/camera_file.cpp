@@ -330,7 +330,11 @@ std::string use_preset(JsonObject& json) {
         json.refuse_word("preset", names);
     auto own = nlohmann::json::parse(preset->keys);
     if (own.contains("background") && json.holds("missing", own["background"]))
-        own.erase("background"); // the file says what the value means
+        own.erase("background");                                      // the file says what the value means
+    if (const auto scale = json.number("scale"); scale && *scale < 0) // whose values count backwards
+        for (const char* key : {"background", "background_from"})
+            if (own.contains(key) && own[key].is_number() && own[key] > 0)
+                own[key] = -own[key].get<double>();
     if (const auto encoding = json.string("encoding"); encoding && own["encoding"] != nlohmann::json(*encoding))
         json.refuse_value("encoding", "contradicts the preset \"" + *name + "\", whose encoding is " +
                                           own["encoding"].dump() + "; leave one of the two out");

@@ -131,7 +131,8 @@ Doubt clipped_doubt(const Subject& subject) {
     const Look& look = subject.look;
     const Camera& camera = subject.camera;
     const auto clip = clip_distances(camera);
-    if (!clip || !is_metric(camera.encoding))
+    const bool are_heights = camera.scale < 0 && !camera.projection.is_perspective(); // which count from any level
+    if (!clip || !is_metric(camera.encoding) || are_heights)
         return std::nullopt;
     const auto [near_plane, far_plane] = *clip;
     // The planes of a matrix of floats are rounded.

@@ -130,7 +130,8 @@ bool lacks_linker() {
     static const bool lacks = [] {
         std::istringstream folders(variable("PATH"));
         for (std::string folder; std::getline(folders, folder, ':');)
-            if (access((fs::path(folder) / "ld").c_str(), X_OK) == 0)
+            if (const fs::path file = fs::path(folder) / "ld";
+                access(file.c_str(), X_OK) == 0 && !fs::is_directory(file))
                 return false;
         return true;
     }();

@@ -6,6 +6,7 @@
 #include "io/floats_on_host.hpp"
 #include "terminal/messages.hpp"
 
+#include <fathom/doubts.hpp>
 #include <fathom/error.hpp>
 #include <fathom/findings.hpp>
 #include <fathom/io.hpp>
@@ -41,6 +42,7 @@ struct Findings {
     std::vector<Channel> channels;
     StoredStatistics statistics;
     std::optional<CameraFindings> camera; ///< what the camera makes of the values
+    std::vector<std::string> doubts;      ///< what is probably wrong with it
     Ranking ranking;                      ///< what they could be where there is no camera
     std::optional<Packing> packing;       ///< one that was found and not said
 };
@@ -115,6 +117,7 @@ Findings inspected(const InspectArguments& options) {
         for (const std::string& warning : imported.warnings)
             complain(fmt::format("warning: {}: {}", options.camera.name(), warning));
         const Camera camera = fathom::camera_for(imported, values.cols, values.rows);
+        found.doubts = depth_doubts(camera, stored);
         const cv::Mat z = decoded(found.depth, camera, options.device);
         found.camera = camera_findings(camera, stored, {reinterpret_cast<const float*>(z.data), z.total()});
     } catch (const std::invalid_argument& error) { // a field of the camera
@@ -215,11 +218,12 @@ nlohmann::ordered_json as_json(const InspectArguments& options, const Findings& 
             {"at_zero", s.at_zero},
             {"at_largest", s.at_largest},
             {"camera", found.camera ? as_json(*found.camera) : nlohmann::ordered_json()},
+            {"doubts", found.doubts},
             {"could_be", found.camera ? nlohmann::ordered_json() : as_json(found.ranking, found.packing)}};
 }
 
 void print_row(const std::string& term, const std::string& meaning) {
-    fmt::print("  {:<14}{}\n", term, meaning);
+    fmt::print("  {:<13} {}\n", term, meaning);
 }
 
 std::string steps(const std::optional<double>& spacing, const std::optional<double>& error_bound) {
@@ -312,7 +316,11 @@ void print_findings(const InspectArguments& options, const Findings& found) {
     print_row("at " + number(storage_max(found.depth.storage)), std::to_string(s.at_largest));
     if (found.camera)
         print_camera(options, *found.camera);
-    else {
+    if (!found.doubts.empty())
+        fmt::print("\nprobably wrong:\n");
+    for (const std::string& doubt : found.doubts)
+        fmt::print("  {}\n", doubt);
+    if (!found.camera) {
         print_row("background", "unknown without --camera or --preset");
         if (!found.why_no_camera.empty())
             fmt::print("\nthe camera in the header says too little: {}\n", found.why_no_camera);

@@ -177,15 +177,23 @@ std::string keys_of(const YAML::Node& map) {
     return named(keys);
 }
 
-/// The numbers of a text that holds a matrix of 3 × 3 or 4 × 4, and nothing else.
+/// The numbers of a text that holds a matrix of 3 × 3, 3 × 4 or 4 × 4, and nothing else but brackets, commas and comments.
 std::optional<std::vector<double>> matrix_in(const std::string& text) {
     std::vector<double> numbers;
-    std::istringstream words(text);
+    std::string plain;
+    std::istringstream lines(text);
+    for (std::string line; std::getline(lines, line);)
+        plain += line.substr(0, line.find('#')) + ' ';
+    std::ranges::replace_if(
+        plain, [](char c) { return std::string_view("[](),;").find(c) != std::string_view::npos; }, ' ');
+    std::istringstream words(plain);
     for (std::string word; words >> word && numbers.size() <= 16;) {
         const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), numbers.emplace_back());
         if (error != std::errc{} || end != word.data() + word.size() || !std::isfinite(numbers.back()))
             return std::nullopt;
     }
+    if (numbers.size() == 12)
+        numbers.insert(numbers.end(), {0, 0, 0, 1});
     return numbers.size() == 9 || numbers.size() == 16 ? std::optional(numbers) : std::nullopt;
 }
 

@@ -62,12 +62,14 @@ std::optional<std::size_t> rank_of(const std::string& name) {
 /// Gives each channel its rank.
 /// X, Y and Z side by side are a position or a normal, U and V texture coordinates. Mist is Blender's pass from 0 to 1,
 /// linear.Z and what is in a layer Fathom were written by `--append`. Y is the brightness of a picture in OpenEXR, so that it is no depth
-/// beside a channel that says it is.
+/// beside a channel that says it is, and it repeats results of Fathom that are none.
 void rank(std::vector<Candidate>& channels) {
     std::set<std::pair<int, std::string>> names;
     for (const Candidate& channel : channels)
         names.emplace(channel.part, lower(channel.name));
-    bool one_says_depth = false;
+    constexpr std::string_view results[] = {"ao",  "confidence",   "coc",   "near", "focus",
+                                            "far", "disocclusion", "mixed", "min",  "max"};
+    bool one_says_depth = false, one_is_result = false;
     for (Candidate& channel : channels) {
         const std::string name = lower(channel.name), layer = name.substr(0, name.rfind('.') + 1);
         const std::string last = name.substr(layer.size());
@@ -81,9 +83,10 @@ void rank(std::vector<Candidate>& channels) {
             continue;
         channel.rank = rank_of(name);
         one_says_depth |= channel.rank && depth_names[*channel.rank].says_depth;
+        one_is_result |= std::ranges::find(results, name) != std::end(results);
     }
     for (Candidate& channel : channels)
-        if (one_says_depth && lower(channel.name) == "y")
+        if ((one_says_depth || one_is_result) && lower(channel.name) == "y")
             channel.rank.reset();
 }
 

@@ -46,6 +46,11 @@ void swap_bytes(unsigned char* row, std::size_t elements, std::size_t size) {
         std::reverse(row + i * size, row + (i + 1) * size);
 }
 
+[[noreturn]] void refuse_beyond(const std::filesystem::path& file, double code) {
+    refuse(file,
+           "is damaged: a code is " + std::to_string(std::llround(code)) + ", beyond the largest; write it again");
+}
+
 /// The codes of a grey map that is a text.
 cv::Mat codes_in(const std::filesystem::path& file, std::string_view text, cv::Size size, double largest) {
     check_holds(file, size, 2, text.size(), 1); // a figure and a blank each
@@ -54,7 +59,7 @@ cv::Mat codes_in(const std::filesystem::path& file, std::string_view text, cv::S
     for (std::uint16_t& code : cv::Mat_<std::uint16_t>(codes)) {
         const auto found = number<unsigned>(file, word(text, at));
         if (found > largest)
-            refuse(file, "is damaged: a code is " + std::to_string(found) + ", beyond the largest; write it again");
+            refuse_beyond(file, found);
         code = static_cast<std::uint16_t>(found);
     }
     if (largest <= 255)
@@ -78,6 +83,9 @@ std::optional<cv::Mat> read_netpbm(const std::filesystem::path& file, const Byte
     const auto height = number<long long>(file, word(text, at));
     check_size(file, width, height);
     const auto scale = number<double>(file, word(text, at)); // of a grey map: its largest value
+    if (!floats && !(scale >= 1 && scale <= 65535))
+        refuse(file, "is damaged: a grey map counts to 1 to 65535, and this one to " +
+                         std::to_string(static_cast<long long>(std::clamp(scale, -1e9, 1e9))) + "; write it again");
     if (!floats && scale > 255 && (as_counted ? scale > 65535 : scale != 65535))
         refuse(file,
                "counts to " + std::to_string(static_cast<long long>(std::min(scale, 1e9))) +
@@ -105,6 +113,11 @@ std::optional<cv::Mat> read_netpbm(const std::filesystem::path& file, const Byte
         if (image.elemSize1() > 1 && file_little != is_little_endian)
             swap_bytes(row, row_bytes / image.elemSize1(), image.elemSize1());
         swap_red_and_blue_of_row(image, at_row); // the file's order is R, G, B
+    }
+    if (double most = 0; !floats && scale < (scale > 255 ? 65535 : 255)) {
+        cv::minMaxLoc(image, nullptr, &most);
+        if (most > scale)
+            refuse_beyond(file, most);
     }
     return image;
 }

@@ -112,6 +112,8 @@ std::vector<Member> Archive::members() const {
     std::vector<Member> all;
     for (; count > 0; --count) {
         all.push_back(member(at));
+        if (std::ranges::count(all, all.back().name, &Member::name) > 1)
+            refuse(file_, "has two members named \"" + printable(all.back().name) + "\"; write it again");
         at += 46 + number(at + 28, 2) + number(at + 30, 2) + number(at + 32, 2);
     }
     return all;
@@ -201,7 +203,8 @@ const Member& chosen(const std::filesystem::path& file, const Archive& archive, 
 } // namespace
 
 bool is_npz(const Bytes& head) {
-    return std::string_view(reinterpret_cast<const char*>(head.data()), head.size()).starts_with(local_magic);
+    const std::string_view begin(reinterpret_cast<const char*>(head.data()), head.size());
+    return begin.starts_with(end_magic) || begin.starts_with(local_magic);
 }
 
 std::optional<cv::Mat> read_npz(const std::filesystem::path& file, const Bytes& bytes, const std::string& name,

@@ -161,6 +161,8 @@ struct Directory {
 void check_samples(const std::filesystem::path& file, const Directory& d) {
     if (d.bits != 8 && d.bits != 16 && d.bits != 32 && d.bits != 64)
         refuse(file, "has samples of " + std::to_string(d.bits) + " bits; save depth as 16-bit or as float");
+    if (d.bits == 64 && d.format != SAMPLEFORMAT_IEEEFP)
+        refuse(file, "has integers of 64 bits; save depth as integers of 16 bits or as float");
     if (d.bits == 32 && d.format == 0xffff)
         refuse(file,
                "has 32-bit samples without saying of what kind (SampleFormat); save it as signed 32-bit or as float");
