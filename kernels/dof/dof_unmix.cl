@@ -1,21 +1,37 @@
 // Takes the light of a blurred foreground out of the pixels beyond its edge, where an antialiased picture has mixed it in: see
-// mixed.h. It joins the foreground's own pixel beside it, with which it is spread. Beside a sharp foreground it stays where it
-// is, on top of the blur of what lies behind.
+// mixed.h. Under GAIN, which is launched next, it joins the foreground's own pixel beside it, with which it is spread. Beside a
+// sharp foreground it stays where it is, on top of the blur of what lies behind.
+// Built for: GAIN = 0 1
 
 #include "dof/mixed.h"
 
-// Are the circles of a pixel and its neighbours apart far enough that an edge may lie between them?
+#ifndef GAIN
+#error "GAIN is not defined: 1 for the pixels that light joins, 0 for those that it is taken from"
+#endif
+
+// Are there neighbours beside whose circles this one's may lie beyond an edge, or before it under GAIN?
 INLINE intV may_be_edge(__global const float* planes, const blur_params* p, size_t at, uint row) {
-    const intV known = LOAD(float, planes + at) >= 0.0f;
-    floatV least = INFINITY, greatest = NOWHERE;
+    const floatV here = LOAD(float, planes + at);
+    floatV other = here;
     for (int dy = row > 0 ? -1 : 0; dy <= (row + 1 < p->rows ? 1 : 0); ++dy) {
         for (int dx = -1; dx <= 1; ++dx) {
-            const floatV other = LOAD(float, planes + (size_t)((long)at + dy * (long)p->stride + dx));
-            least = min(least, select((floatV)INFINITY, other, other >= 0.0f));
-            greatest = max(greatest, other);
+            const floatV one = LOAD(float, planes + (size_t)((long)at + dy * (long)p->stride + dx));
+            other = GAIN ? max(other, one) : select(other, min(other, one), one >= 0.0f);
         }
     }
-    return known & (greatest - least > p->per_octave * 0.125f);
+    return (here >= 0.0f) & (fabs(other - here) > p->per_octave * 0.0625f);
+}
+
+// Has light been taken from a pixel?
+INLINE bool has_lost(__global const float* planes, __global const ELEMENT_TYPE* color, const grid_params* grid,
+                     const blur_params* p, int column, int row, float* lost) {
+    color_at(color, grid, p, column, row, lost);
+    bool any_lost = false;
+    for (uint k = 0; k < CHANNELS; ++k) {
+        lost[k] -= planes[(k + 1) * p->plane + in_planes(p, 0, (uint)column, (uint)row)];
+        any_lost |= lost[k] != 0.0f;
+    }
+    return any_lost;
 }
 
 KERNEL void dof_unmix(__global float* planes, __global const ELEMENT_TYPE* color, __global float* state,
@@ -33,28 +49,33 @@ KERNEL void dof_unmix(__global float* planes, __global const ELEMENT_TYPE* color
             continue;
         const int column = (int)first + i;
         const edge_at e = edge_around(planes, &p, column, (int)row);
-        mixed_light mixed;
-        if (e.side > 0 && light_of_nearer(planes, color, &grid, &p, column, (int)row, &e, &mixed)) {
-            const bool laid = row >= p.state_row && row - p.state_row < p.state_plane / p.stride;
-            for (uint k = 0; k < CHANNELS; ++k) {
-                planes[(k + 1) * p.plane + begin + i] -= (mixed.moves + mixed.stays) * mixed.light[k];
-                if (laid)
-                    state[(k + 1) * p.state_plane + in_state(&p, begin + i)] = mixed.stays * mixed.light[k];
-            }
-        } else if (e.side < 0) {
-            for (int dy = -1; dy <= 1; ++dy) {
-                for (int dx = -1; dx <= 1; ++dx) {
-                    const float other = layer_at(planes, &p, column + dx, (int)row + dy);
-                    if (!(other > e.layer))
-                        continue;
-                    const edge_at beyond = edge_around(planes, &p, column + dx, (int)row + dy);
-                    if (beyond.side > 0 &&
-                        light_of_nearer(planes, color, &grid, &p, column + dx, (int)row + dy, &beyond, &mixed) &&
-                        mixed.column == column && mixed.row == (int)row)
-                        for (uint k = 0; k < CHANNELS; ++k)
-                            planes[(k + 1) * p.plane + begin + i] += mixed.moves * mixed.light[k];
-                }
-            }
+        across_edge way;
+        float light[CHANNELS];
+#if GAIN
+        const light_parts parts = parts_of_light(&e);
+        if (!(parts.moves > 0.0f))
+            continue;
+        for (int n = 0; n < 9; ++n) {
+            const int x = column + n % 3 - 1, y = (int)row + n / 3 - 1;
+            if (!(e.excess[n] > e.excess[HERE]) || !has_lost(planes, color, &grid, &p, x, y, light))
+                continue;
+            const edge_at beyond = edge_around(planes, &p, x, y);
+            if (beyond.side > 0 && find_across(&beyond, &way) && x + way.to_x == column && y + way.to_y == (int)row)
+                for (uint k = 0; k < CHANNELS; ++k)
+                    planes[(k + 1) * p.plane + begin + i] += parts.moves / (parts.moves + parts.stays) * light[k];
         }
+#else
+        if (e.side <= 0 || !find_across(&e, &way) ||
+            !light_of_nearer(planes, color, &grid, &p, column, (int)row, &e, &way, light))
+            continue;
+        const edge_at nearer = edge_around(planes, &p, column + way.to_x, (int)row + way.to_y);
+        const light_parts parts = parts_of_light(&nearer);
+        const bool laid = row >= p.state_row && row - p.state_row < p.state_plane / p.stride;
+        for (uint k = 0; k < CHANNELS; ++k) {
+            planes[(k + 1) * p.plane + begin + i] -= (parts.moves + parts.stays) * light[k];
+            if (laid)
+                state[(k + 1) * p.state_plane + in_state(&p, begin + i)] = parts.stays * light[k];
+        }
+#endif
     }
 }

@@ -18,14 +18,19 @@
 #define MOST_PART_END 0.8f // and what it never has
 #define BLURRED_PX 0.5f    // circles larger than a pixel by this are blurred
 #define STAYS_PX 1.5f      // foregrounds whose circles are larger than a pixel by this are not sharp
-#define MOVES_PX 1.0f      // from circles larger than a pixel by this on, light moves to the foreground,
-#define MOVES_ALL_PX 9.0f  // and all of it from this on
+#define MOVES_ALL_PX 7.0f  // from circles larger than a pixel by this on all light moves to the foreground; of smaller ones a part
+                           // that grows with their area, since a pixel's way shows
 
-// A circle less a pixel, with its sign: 0 for what is in focus. It grows with the layer.
+// Circles less a pixel, with their sign: 0 for what is in focus. They grow with the layer.
+INLINE float4 excess_of_4(float4 layer, const blur_params* p) {
+    const float4 away = fabs(layer - (float)p->middle) * (1.0f / p->per_octave), octave = floor(away);
+    const float4 power = as_float4((convert_int4(octave) + 127) << 23);
+    const float4 size = power * (1.0f + p->offset) * (1.0f + (away - octave)) - (p->offset + 1.0f);
+    return select(size, -size, layer < (float)p->middle);
+}
+
 INLINE float excess_of(float layer, const blur_params* p) {
-    const float away = fabs(layer - (float)p->middle) / p->per_octave, octave = floor(away);
-    const float size = ldexp((1.0f + p->offset) * (1.0f + (away - octave)), (int)octave) - p->offset - 1.0f;
-    return layer < (float)p->middle ? -size : size;
+    return excess_of_4((float4)(layer), p).x;
 }
 
 INLINE float rising(float x, float from, float to) {
@@ -38,31 +43,33 @@ INLINE float layer_at(__global const float* planes, const blur_params* p, int co
     return planes[(size_t)row * p->stride + (size_t)(dof_margin + column)];
 }
 
-// The nearest and the farthest layer of a pixel and its neighbours, and on which side of an edge between them it lies.
+// A pixel and its eight neighbours, row by row.
+#define HERE 4
 typedef struct {
-    float layer, least, greatest; // layers
-    float nearest, farthest;      // circles less a pixel
-    int side;                     // -1 on the nearer side, 1 on the farther one, 0 where there is no edge
+    float excess[9];         // NaN where there is no circle
+    float nearest, farthest; // of them
+    int side;                // -1 on the nearer side of an edge, 1 on the farther one, 0 where there is no edge
 } edge_at;
 
 INLINE edge_at edge_around(__global const float* planes, const blur_params* p, int column, int row) {
-    edge_at e = {layer_at(planes, p, column, row), INFINITY, NOWHERE, 0.0f, 0.0f, 0};
-    if (!(e.layer >= 0.0f))
-        return e;
-    for (int dy = -1; dy <= 1; ++dy) {
-        for (int dx = -1; dx <= 1; ++dx) {
-            const float other = layer_at(planes, p, column + dx, row + dy);
-            e.least = other >= 0.0f ? min(e.least, other) : e.least;
-            e.greatest = max(e.greatest, other);
+    edge_at e;
+    float4 least = INFINITY, greatest = -INFINITY;
+    for (int n = 0; n < 9; n += 3) {
+        const int y = row + n / 3 - 1;
+        float4 excess = NAN;
+        if (y >= 0 && y < (int)p->rows) {
+            const float4 layers = vload4(0, planes + (size_t)y * p->stride + (size_t)(dof_margin + column - 1));
+            excess = select((float4)(NAN), excess_of_4(layers, p), (layers >= 0.0f) & (int4)(-1, -1, -1, 0));
         }
+        least = fmin(least, excess);
+        greatest = fmax(greatest, excess);
+        vstore3(excess.xyz, 0, e.excess + n);
     }
-    if (e.greatest - e.least <= p->per_octave * 0.125f)
-        return e;
-    e.nearest = excess_of(e.least, p);
-    e.farthest = excess_of(e.greatest, p);
-    const float step = e.farthest - e.nearest, here = excess_of(e.layer, p);
-    if (step > max(EDGE_PX, EDGE_RATIO * max(fabs(e.nearest), fabs(e.farthest))))
-        e.side = here - e.nearest < e.farthest - here ? -1 : 1;
+    e.nearest = min(min(least.x, least.y), least.z);
+    e.farthest = max(max(greatest.x, greatest.y), greatest.z);
+    e.side = 0;
+    if (e.farthest - e.nearest > max(EDGE_PX, EDGE_RATIO * max(fabs(e.nearest), fabs(e.farthest))))
+        e.side = e.excess[HERE] <= 0.5f * (e.nearest + e.farthest) ? -1 : 1;
     return e;
 }
 
@@ -82,28 +89,22 @@ INLINE void color_at(__global const ELEMENT_TYPE* color, const grid_params* grid
 
 #define COLORS (CHANNELS < 3 ? CHANNELS : 3)
 
-// Light of a nearer surface in a pixel beyond its edge, and the neighbour on that surface to which a part of it moves.
+// Ways from a pixel beyond an edge.
 typedef struct {
-    float light[CHANNELS];
-    float moves, stays; // parts of it; what is left remains in the pixel
-    int column, row;
-} mixed_light;
+    int one_x, one_y; // a pixel away from the edge
+    int two_x, two_y; // two pixels, which are taken towards it
+    int to_x, to_y;   // to the neighbour on the nearer surface
+    float alike;      // circles of one surface differ by less
+} across_edge;
 
-// Is there any?
-INLINE bool light_of_nearer(__global const float* planes, __global const ELEMENT_TYPE* color, const grid_params* grid,
-                            const blur_params* p, int column, int row, const edge_at* e, mixed_light* found) {
-    const float blurred = min(max(fabs(e->nearest), fabs(e->farthest)) * (1.0f / BLURRED_PX), 1.0f);
+INLINE bool find_across(const edge_at* e, across_edge* found) {
+    const float middle = 0.5f * (e->nearest + e->farthest);
     int across = 0, down = 0; // from the nearer side to the farther one
-    for (int dy = -1; dy <= 1; ++dy) {
-        for (int dx = -1; dx <= 1; ++dx) {
-            const float layer = layer_at(planes, p, column + dx, row + dy);
-            if (!(layer >= 0.0f))
-                continue;
-            const float here = excess_of(layer, p);
-            const int side = here - e->nearest < e->farthest - here ? -1 : 1;
-            across += side * dx;
-            down += side * dy;
-        }
+    for (int n = 0; n < 9; ++n) {
+        const float here = e->excess[n];
+        const int side = (here > middle) - (here <= middle); // none where there is no circle
+        across += side * (n % 3 - 1);
+        down += side * (n / 3 - 1);
     }
     const int wide = abs(across), high = abs(down), most = max(wide, high), least = min(wide, high);
     if (most == 0)
@@ -115,23 +116,44 @@ INLINE bool light_of_nearer(__global const float* planes, __global const ELEMENT
     const int side_step = 4 * least < most ? 0 : 8 * least < 7 * most ? 1 : 2;
     const int two_x = sign_x * (wide == most ? 2 : side_step), two_y = sign_y * (high == most ? 2 : side_step);
     const float alike = max(EDGE_PX, 0.5f * (e->farthest - e->nearest));
-    if (!is_about(planes, p, column + one_x, row + one_y, e->farthest, alike))
+    if (!(fabs(e->excess[HERE + one_x + 3 * one_y] - e->farthest) < alike))
         return false;
     // Straight across the edge, else along a row or a column, else across a corner: the same for a picture upside down.
     int to_x = -one_x, to_y = -one_y;
-    for (int i = 0; !is_about(planes, p, column + to_x, row + to_y, e->nearest, alike); ++i) {
+    for (int i = 0; !(fabs(e->excess[HERE + to_x + 3 * to_y] - e->nearest) < alike); ++i) {
         if (i == 3)
             return false;
         to_x = i == 1 ? 0 : -sign_x;
         to_y = i == 0 ? 0 : -sign_y;
     }
-    found->column = column + to_x;
-    found->row = row + to_y;
-    const bool deep = is_about(planes, p, column - two_x, row - two_y, e->nearest, alike);
+    *found = (across_edge){one_x, one_y, two_x, two_y, to_x, to_y, alike};
+    return true;
+}
+
+// Parts of the light of a nearer surface in a pixel beyond its edge: to the neighbour on the nearer surface, and on top of the
+// blur. What is left remains in the pixel.
+typedef struct {
+    float moves, stays;
+} light_parts;
+
+// `nearer` is the edge as that neighbour sees it.
+INLINE light_parts parts_of_light(const edge_at* nearer) {
+    const float circle = fabs(nearer->excess[HERE]), moving = rising(circle, 0.0f, MOVES_ALL_PX);
+    const float moves = nearer->side < 0 ? moving * sqrt(moving) : 0.0f;
+    return (light_parts){moves, min(1.0f - rising(circle, 0.0f, STAYS_PX), 1.0f - moves)};
+}
+
+// Is there any light of a nearer surface?
+INLINE bool light_of_nearer(__global const float* planes, __global const ELEMENT_TYPE* color, const grid_params* grid,
+                            const blur_params* p, int column, int row, const edge_at* e, const across_edge* way,
+                            float* light) {
+    const float blurred = min(max(fabs(e->nearest), fabs(e->farthest)) * (1.0f / BLURRED_PX), 1.0f);
+    const bool deep = is_about(planes, p, column - way->two_x, row - way->two_y, e->nearest, way->alike);
     float here[CHANNELS], far[CHANNELS], near[CHANNELS];
     color_at(color, grid, p, column, row, here);
-    color_at(color, grid, p, column + one_x, row + one_y, far);
-    color_at(color, grid, p, deep ? column - two_x : found->column, deep ? row - two_y : found->row, near);
+    color_at(color, grid, p, column + way->one_x, row + way->one_y, far);
+    color_at(color, grid, p, column + (deep ? -way->two_x : way->to_x),
+             row + (deep ? -way->two_y : way->to_y), near);
     float along = 0.0f, length = 0.0f; // of the colours: an alpha follows them
     for (int k = 0; k < COLORS; ++k) {
         along = fma(here[k] - far[k], near[k] - far[k], along);
@@ -149,12 +171,8 @@ INLINE bool light_of_nearer(__global const float* planes, __global const ELEMENT
                       (1.0f - rising(part, MOST_PART, MOST_PART_END));
     if (!(its > 0.0f))
         return false;
-    const edge_at other = edge_around(planes, p, found->column, found->row);
-    const float circle = fabs(excess_of(other.layer, p));
-    found->moves = other.side < 0 ? rising(circle, MOVES_PX, MOVES_ALL_PX) : 0.0f;
-    found->stays = min(1.0f - rising(circle, 0.0f, STAYS_PX), 1.0f - found->moves);
     for (int k = 0; k < CHANNELS; ++k)
-        found->light[k] = its * (near[k] - far[k]);
+        light[k] = its * (near[k] - far[k]);
     return true;
 }
 
