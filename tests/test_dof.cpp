@@ -511,6 +511,34 @@ TEST_CASE("dof: an antialiased foreground leaves no outline on the sharp wall be
     }
 }
 
+// Beside a lamp before the focus the ground comes out of focus, by a hundredth of a pixel a frame. A lamp of one pixel fills
+// 1 / (pi 0.75^2) = 0.566 of a disc that is 1.5 pixels wide. It had 1 until the ground's circle passed one pixel.
+TEST_CASE("dof: in a focus pull nothing jumps where circles pass one pixel", "[dof]") {
+    constexpr int half = 16;
+    constexpr double lamp = 4, most_change = 0.06 * lamp, most_off = 0.02 * lamp;
+    const double truth = lamp / (3.14159265358979 * 0.75 * 0.75);
+    for (const auto& [name, quality] : qualities)
+        for (const double circle : {-20.0, -3.0, -1.5, -1.2, 1.2, 1.5, 2.0, 12.0})
+            for (const double side : {-1.0, 1.0}) {
+                std::vector<float> before;
+                for (int frame = 97; frame <= 103; ++frame) {
+                    const auto is_lamp = [](int x, int y) { return x == half && y == half; };
+                    const Picture picture(
+                        2 * half, 2 * half, [&](int x, int y) { return is_lamp(x, y) ? circle : side * frame / 100; },
+                        [&](int x, int y) { return is_lamp(x, y) ? lamp : 0.0; });
+                    const auto got = blurred(picture, {.quality = quality});
+                    INFO(name << ", lamp " << circle << ", ground " << side * frame / 100);
+                    if (circle == -1.5 && side > 0 && quality != Quality::fast)
+                        CHECK(std::abs(first_channel(got, picture.width, half, half) - truth) <= most_off);
+                    float change = 0;
+                    for (std::size_t i = 0; i < before.size(); ++i)
+                        change = std::max(change, std::abs(got[i] - before[i]));
+                    CHECK(change <= most_change);
+                    before = got;
+                }
+            }
+}
+
 // A pole leaves the lens open on both sides: no half-plane, and a moment that says little.
 TEST_CASE("dof: a pole before an edge is known to be off, less so if accurate", "[dof]") {
     constexpr double radius = 12;
