@@ -213,10 +213,10 @@ void cut_into_planes(const Blur& blur, const StoredDepth& stored, const Image& c
 
 // The light of a nearer surface that antialiasing mixed into a farther one moves to the nearer one, or into the cleared state.
 void unmix(const Blur& blur, const Image& color) {
-    for (const int gain : {0, 1})
-        runtime::launch(
-            blur.device, blur.kernel("dof_unmix", {{"ELEMENT", element_define(color.element())}, {"GAIN", gain}}),
-            {blur.vectors(blur.p.columns), blur.p.rows}, blur.planes, color, blur.state, grid(color, color), blur.p);
+    for (const u32 gain : {0u, 1u})
+        runtime::launch(blur.device, blur.kernel("dof_unmix", {{"ELEMENT", element_define(color.element())}}),
+                        {blur.vectors(blur.p.columns), blur.p.rows}, blur.planes, color, blur.state, grid(color, color),
+                        blur.p, params::unmix_params{.gain = gain});
 }
 
 void cut_into_surfaces(const Blur& blur, const StoredDepth& stored, const Image& color, const CircleOfConfusion& coc,
