@@ -403,6 +403,11 @@ typedef struct {
 } behind_params;
 PARAMS(behind_params, 16)
 
+typedef struct {
+    u32 gain; // 1 for the pixels that light joins, 0 for those that it is taken from
+} unmix_params;
+PARAMS(unmix_params, 4)
+
 // Fog, see kernels/fog/fog.cl. The exponents are those of two.
 typedef struct {
     wide at_centre[3]; // log2 of the density where the ray starts, over ln 2: affine in (x, y, 1)

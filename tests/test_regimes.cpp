@@ -143,10 +143,18 @@ TEST_CASE("stability: where the end of a hard radius is seen as a ring", "[regim
     check(ring_of_a_radius);
 }
 
+TEST_CASE("stability: where a picture's filter is too wide for its depth", "[regimes][stability]") {
+    check(filter_width);
+}
+
+TEST_CASE("stability: where depth is too far beside its picture", "[regimes][stability]") {
+    check(depth_offset);
+}
+
 TEST_CASE("stability: where a moving camera and a pulled focus make results flicker", "[regimes][stability]") {
     check(motion);
 }
 
 TEST_CASE("stability: what where-it-fails sweeps are the regimes tested here", "[regimes][stability]") {
-    CHECK(sweeps().size() == 15);
+    CHECK(sweeps().size() == 17);
 }

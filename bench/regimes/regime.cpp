@@ -29,6 +29,8 @@ const std::vector<Sweep>& sweeps() {
         {"focus", focus_distance},
         {"aperture", aperture},
         {"highlights", highlights},
+        {"filter", filter_width},
+        {"offset", depth_offset},
         {"motion", motion},
         {"w-range", w_range},
     };

@@ -73,6 +73,8 @@ Regime thin_occluders(const Device& device);
 Regime focus_distance(const Device& device);
 Regime aperture(const Device& device);
 Regime highlights(const Device& device);
+Regime filter_width(const Device& device);
+Regime depth_offset(const Device& device);
 Regime motion(const Device& device);
 Regime w_range(const Device& device);
 

@@ -6,6 +6,9 @@
 #include "store.h"
 #include "dof/tiles.h"
 
+// What was seen hides what is left if a fifth of it has something found behind it, and in proportion below, so that nothing jumps.
+#define FILLED 5.0f
+
 KERNEL void dof(__global const float* state, __global const ELEMENT_TYPE* color, __global ELEMENT_TYPE* target,
                   const grid_params grid, const blur_params p) {
     const uint column = get_global_id(0) * V, row = get_global_id(1);
@@ -19,8 +22,10 @@ KERNEL void dof(__global const float* state, __global const ELEMENT_TYPE* color,
     if (any_of(through != 0.0f)) {
         const floatV hidden = LOAD(float, here + (CHANNELS + 1) * p.state_plane);
         const intV filled = hidden > 0.0f;
-        const floatV of_hidden = select((floatV)0.0f, through / hidden, filled);
-        const floatV whole = select(1.0f / (1.0f - through), (floatV)1.0f, filled);
+        const floatV part = min(FILLED * hidden / (through * (1.0f - through)), 1.0f); // of what is left, that which is filled
+        const floatV of_hidden = select((floatV)0.0f, part * through / hidden, filled);
+        const floatV left = select(through, (1.0f - part) * through, filled);
+        const floatV whole = 1.0f + select((floatV)0.0f, left / (1.0f - through), left > 0.0f);
         for (int k = 0; k < CHANNELS; ++k) {
             const floatV seen = LOAD(float, here + (k + 1) * p.state_plane) * whole;
             const floatV of_behind = of_hidden * LOAD(float, here + (CHANNELS + 2 + k) * p.state_plane);

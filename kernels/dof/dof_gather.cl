@@ -49,7 +49,7 @@ INLINE void add_span(__global const float* from, const span_params* span, const 
         sum[0] += own;
         sum[1] = fma(weight, min(max(farther + 2.0f, 0.0f), 1.0f), sum[1]);
 #if FILL
-        const floatV sharper = weight * min(max(min(off - 1.0f, alike - off), 0.0f), 1.0f);
+        const floatV sharper = weight * min(max(min(off - sharper_from(layer, p), alike - off), 0.0f), 1.0f);
         sum[2 + CHANNELS] += sharper;
         sum[3 + 2 * CHANNELS] += weight * min(max(off - alike + 1.0f, 0.0f), 1.0f);
 #endif

@@ -34,6 +34,12 @@ INLINE float16 behind_layer(float16 off) {
     return min(max(off + 2.0f, 0.0f), 1.0f);
 }
 
+// How many layers behind a layer those pixels begin that it may hide and that are sharper. Its own surface goes on in the next
+// layer, but that of the focus has an aperture of a pixel: it never reaches around what hides it.
+INLINE float sharper_from(float layer, const blur_params* p) {
+    return layer == (float)p->middle - 1.0f ? 0.0f : 1.0f;
+}
+
 // Adds what 16 pixels of a row count for a layer. `columns` are their numbers, used under MOMENT.
 INLINE void add_pixels(float16* value, __global const float* here, float layer, float16 columns, const blur_params* p) {
     const float16 off = LOAD_16(here) - layer;
@@ -62,7 +68,7 @@ INLINE void add_pixels(float16* value, __global const float* here, float layer, 
 #endif
 #if FILL
     const float alike = 2.0f * ((float)p->middle - layer); // layers on, circles are as large again
-    const float16 sharper = min(max(min(off - 1.0f, alike - off), 0.0f), 1.0f);
+    const float16 sharper = min(max(min(off - sharper_from(layer, p), alike - off), 0.0f), 1.0f);
     value[2 + CHANNELS] += sharper;
     value[3 + 2 * CHANNELS] += min(max(off - alike + 1.0f, 0.0f), 1.0f);
 #endif
@@ -114,10 +120,11 @@ INLINE void composite(__global float* here, uint plane, bool follows, const floa
     const intV first = through == 1.0f;
     *(__global float_lanes*)left_to_wide = select(left, select(fma(wider - left, part, left), wider, first), some);
     __global float* hidden = here + (CHANNELS + 1) * plane;
-    *(__global float_lanes*)hidden = fma(fraction, sum[2 + CHANNELS], LOAD(float, hidden));
+    const floatV share = select((floatV)0.0f, seen / sum[1], some); // a layer that is hardly seen hides hardly anything
+    *(__global float_lanes*)hidden = fma(share, sum[2 + CHANNELS], LOAD(float, hidden));
     for (int k = 0; k < CHANNELS; ++k) {
         __global float* to = hidden + (k + 1) * plane;
-        *(__global float_lanes*)to = fma(fraction, sum[3 + CHANNELS + k], LOAD(float, to));
+        *(__global float_lanes*)to = fma(share, sum[3 + CHANNELS + k], LOAD(float, to));
     }
 #endif
 }

@@ -211,9 +211,18 @@ void cut_into_planes(const Blur& blur, const StoredDepth& stored, const Image& c
                     blur.planes, grid(color, color), p);
 }
 
+// The light of a nearer surface that antialiasing mixed into a farther one moves to the nearer one, or into the cleared state.
+void unmix(const Blur& blur, const Image& color) {
+    for (const u32 gain : {0u, 1u})
+        runtime::launch(blur.device, blur.kernel("dof_unmix", {{"ELEMENT", element_define(color.element())}}),
+                        {blur.vectors(blur.p.columns), blur.p.rows}, blur.planes, color, blur.state, grid(color, color),
+                        blur.p, params::unmix_params{.gain = gain});
+}
+
 void cut_into_surfaces(const Blur& blur, const StoredDepth& stored, const Image& color, const CircleOfConfusion& coc,
                        const DofOptions& options) {
     cut_into_planes(blur, stored, color, coc, options, false);
+    unmix(blur, color);
     if (options.clean_plate)
         cut_into_planes(blur, options.clean_plate->depth, options.clean_plate->color, coc, options, true);
     if (blur.accurate())
@@ -307,9 +316,9 @@ void run(const Blur& blur, const LayerPlan& plan, bool behind) {
 // Blurs the rows that belong to the state, of an image that holds what they need besides.
 void blur_band(const Blur& call, const StoredDepth& stored, const Image& color, const Image& result,
                const CircleOfConfusion& coc, const DofOptions& options, LayerPlanOptions plan) {
+    clear(call);
     cut_into_surfaces(call, stored, color, coc, options);
     const std::vector<TileBits> tiles = tile_bits(call, call.behind());
-    clear(call);
     std::vector<unsigned char> made(tiles.size());
     const auto across = static_cast<std::ptrdiff_t>(call.across());
     const auto first = made.begin() + across * (call.p.state_row / params::dof_tile_rows);

@@ -1,0 +1,179 @@
+// What an antialiased picture mixes into the pixels beside an edge in depth. Depth is a point sample, so a pixel whose centre
+// lies on the farther side of an edge has the farther circle, though a part of its colour is the nearer surface's:
+//   C = B + a (F - B),  B one pixel away from the edge, F two pixels beyond it, a the part by least squares
+// a (F - B) is then light of the nearer surface. Where C is not on the line from B to F, or a is more than a pixel can have
+// whose centre lies beyond the edge, the pixel is taken to have a colour of its own.
+
+#ifndef FATHOM_MIXED_H
+#define FATHOM_MIXED_H
+
+#include "dof/tiles.h"
+#include "pixels.h"
+
+#define EDGE_PX 1.0f       // circles of neighbours differ by more at an edge,
+#define EDGE_RATIO 0.19f   // and by more than this of the larger one
+#define OFF_LINE 0.01f     // squared, of the distance from B to F: up to this a colour lies on the line;
+#define OFF_LINE_END 0.04f // from this on it does not
+#define MOST_PART 0.5f     // what a pixel may have of the nearer surface; half a pixel is that of a straight edge
+#define MOST_PART_END 0.8f // and what it never has
+#define BLURRED_PX 0.5f    // circles larger than a pixel by this are blurred
+#define STAYS_PX 1.5f      // foregrounds whose circles are larger than a pixel by this are not sharp
+#define MOVES_ALL_PX 7.0f  // from circles larger than a pixel by this on all light moves to the foreground; of smaller ones a part
+                           // that grows with their area, since a pixel's way shows
+
+// Circles less a pixel, with their sign: 0 for what is in focus. They grow with the layer.
+INLINE float4 excess_of_4(float4 layer, const blur_params* p) {
+    const float4 away = fabs(layer - (float)p->middle) * (1.0f / p->per_octave), octave = floor(away);
+    const float4 power = as_float4((convert_int4(octave) + 127) << 23);
+    const float4 size = power * (1.0f + p->offset) * (1.0f + (away - octave)) - (p->offset + 1.0f);
+    return select(size, -size, layer < (float)p->middle);
+}
+
+INLINE float excess_of(float layer, const blur_params* p) {
+    return excess_of_4((float4)(layer), p).x;
+}
+
+INLINE float rising(float x, float from, float to) {
+    return min(max((x - from) / (to - from), 0.0f), 1.0f);
+}
+
+INLINE float layer_at(__global const float* planes, const blur_params* p, int column, int row) {
+    if (row < 0 || row >= (int)p->rows)
+        return NOWHERE;
+    return planes[(size_t)row * p->stride + (size_t)(dof_margin + column)];
+}
+
+// A pixel and its eight neighbours, row by row.
+#define HERE 4
+typedef struct {
+    float excess[9];         // NaN where there is no circle
+    float nearest, farthest; // of them
+    int side;                // -1 on the nearer side of an edge, 1 on the farther one, 0 where there is no edge
+} edge_at;
+
+INLINE edge_at edge_around(__global const float* planes, const blur_params* p, int column, int row) {
+    edge_at e;
+    float4 least = INFINITY, greatest = -INFINITY;
+    for (int n = 0; n < 9; n += 3) {
+        const int y = row + n / 3 - 1;
+        float4 excess = NAN;
+        if (y >= 0 && y < (int)p->rows) {
+            const float4 layers = vload4(0, planes + (size_t)y * p->stride + (size_t)(dof_margin + column - 1));
+            excess = select((float4)(NAN), excess_of_4(layers, p), (layers >= 0.0f) & (int4)(-1, -1, -1, 0));
+        }
+        least = fmin(least, excess);
+        greatest = fmax(greatest, excess);
+        vstore3(excess.xyz, 0, e.excess + n);
+    }
+    e.nearest = min(min(least.x, least.y), least.z);
+    e.farthest = max(max(greatest.x, greatest.y), greatest.z);
+    e.side = 0;
+    if (e.farthest - e.nearest > max(EDGE_PX, EDGE_RATIO * max(fabs(e.nearest), fabs(e.farthest))))
+        e.side = e.excess[HERE] <= 0.5f * (e.nearest + e.farthest) ? -1 : 1;
+    return e;
+}
+
+INLINE bool is_about(__global const float* planes, const blur_params* p, int column, int row, float excess,
+                     float most) {
+    const float layer = layer_at(planes, p, column, row);
+    return layer >= 0.0f && fabs(excess_of(layer, p) - excess) < most;
+}
+
+INLINE void color_at(__global const ELEMENT_TYPE* color, const grid_params* grid, const blur_params* p, int column,
+                     int row, float* value) {
+    const size_t at = grid->source_offset + (size_t)(row - (int)p->top) * grid->source_stride +
+                      (size_t)(CHANNELS * (column - (int)p->left));
+    for (int k = 0; k < CHANNELS; ++k)
+        value[k] = read_element(color, at + k);
+}
+
+#define COLORS (CHANNELS < 3 ? CHANNELS : 3)
+
+// Ways from a pixel beyond an edge.
+typedef struct {
+    int one_x, one_y; // a pixel away from the edge
+    int two_x, two_y; // two pixels, which are taken towards it
+    int to_x, to_y;   // to the neighbour on the nearer surface
+    float alike;      // circles of one surface differ by less
+} across_edge;
+
+INLINE bool find_across(const edge_at* e, across_edge* found) {
+    const float middle = 0.5f * (e->nearest + e->farthest);
+    int across = 0, down = 0; // from the nearer side to the farther one
+    for (int n = 0; n < 9; ++n) {
+        const float here = e->excess[n];
+        const int side = (here > middle) - (here <= middle); // none where there is no circle
+        across += side * (n % 3 - 1);
+        down += side * (n / 3 - 1);
+    }
+    const int wide = abs(across), high = abs(down), most = max(wide, high), least = min(wide, high);
+    if (most == 0)
+        return false;
+    // One and two pixels away from the edge, along the nearest of 8 and of 16 directions.
+    const int sign_x = across < 0 ? -1 : across > 0, sign_y = down < 0 ? -1 : down > 0;
+    const bool slants = 12 * least > 5 * most;
+    const int one_x = wide == most || slants ? sign_x : 0, one_y = high == most || slants ? sign_y : 0;
+    const int side_step = 4 * least < most ? 0 : 8 * least < 7 * most ? 1 : 2;
+    const int two_x = sign_x * (wide == most ? 2 : side_step), two_y = sign_y * (high == most ? 2 : side_step);
+    const float alike = max(EDGE_PX, 0.5f * (e->farthest - e->nearest));
+    if (!(fabs(e->excess[HERE + one_x + 3 * one_y] - e->farthest) < alike))
+        return false;
+    // Straight across the edge, else along a row or a column, else across a corner: the same for a picture upside down.
+    int to_x = -one_x, to_y = -one_y;
+    for (int i = 0; !(fabs(e->excess[HERE + to_x + 3 * to_y] - e->nearest) < alike); ++i) {
+        if (i == 3)
+            return false;
+        to_x = i == 1 ? 0 : -sign_x;
+        to_y = i == 0 ? 0 : -sign_y;
+    }
+    *found = (across_edge){one_x, one_y, two_x, two_y, to_x, to_y, alike};
+    return true;
+}
+
+// Parts of the light of a nearer surface in a pixel beyond its edge: to the neighbour on the nearer surface, and on top of the
+// blur. What is left remains in the pixel.
+typedef struct {
+    float moves, stays;
+} light_parts;
+
+// `nearer` is the edge as that neighbour sees it.
+INLINE light_parts parts_of_light(const edge_at* nearer) {
+    const float circle = fabs(nearer->excess[HERE]), moving = rising(circle, 0.0f, MOVES_ALL_PX);
+    const float moves = nearer->side < 0 ? moving * sqrt(moving) : 0.0f;
+    return (light_parts){moves, min(1.0f - rising(circle, 0.0f, STAYS_PX), 1.0f - moves)};
+}
+
+// Is there any light of a nearer surface?
+INLINE bool light_of_nearer(__global const float* planes, __global const ELEMENT_TYPE* color, const grid_params* grid,
+                            const blur_params* p, int column, int row, const edge_at* e, const across_edge* way,
+                            float* light) {
+    const float blurred = min(max(fabs(e->nearest), fabs(e->farthest)) * (1.0f / BLURRED_PX), 1.0f);
+    const bool deep = is_about(planes, p, column - way->two_x, row - way->two_y, e->nearest, way->alike);
+    float here[CHANNELS], far[CHANNELS], near[CHANNELS];
+    color_at(color, grid, p, column, row, here);
+    color_at(color, grid, p, column + way->one_x, row + way->one_y, far);
+    color_at(color, grid, p, column + (deep ? -way->two_x : way->to_x),
+             row + (deep ? -way->two_y : way->to_y), near);
+    float along = 0.0f, length = 0.0f; // of the colours: an alpha follows them
+    for (int k = 0; k < COLORS; ++k) {
+        along = fma(here[k] - far[k], near[k] - far[k], along);
+        length = fma(near[k] - far[k], near[k] - far[k], length);
+    }
+    if (!(along > 0.0f && length < INFINITY))
+        return false;
+    const float part = along / length;
+    float off = 0.0f;
+    for (int k = 0; k < COLORS; ++k) {
+        const float beside = fma(-part, near[k] - far[k], here[k] - far[k]);
+        off = fma(beside, beside, off);
+    }
+    const float its = min(part, 1.0f) * blurred * (1.0f - rising(off / length, OFF_LINE, OFF_LINE_END)) *
+                      (1.0f - rising(part, MOST_PART, MOST_PART_END));
+    if (!(its > 0.0f))
+        return false;
+    for (int k = 0; k < CHANNELS; ++k)
+        light[k] = its * (near[k] - far[k]);
+    return true;
+}
+
+#endif
