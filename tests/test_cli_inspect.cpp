@@ -57,6 +57,9 @@ TEST_CASE("inspect: without a camera it names the family and prints a camera fil
     CHECK(cv::norm(cv::imread(output, cv::IMREAD_UNCHANGED), z, cv::NORM_INF) == 0);
 
     const Outcome with_camera = run({"inspect", input, "--camera", camera});
+    CHECK(!contains(with_camera.out, "probably wrong"));
+    CHECK(contains(run({"inspect", input, "--preset", "kinect:fx=50,fy=50,cx=20,cy=20"}).out,
+                   "probably wrong:\n  its floats times the scale of 0.001 are "));
     CHECK(!contains(with_camera.out, "could be"));
     CHECK(run({"inspect", input, "--camera", camera, "--json"}).out.find(R"("could_be":null)") != std::string::npos);
     const Outcome json = run({"inspect", input, "--json"});

@@ -66,6 +66,7 @@ TEST_CASE("exr: the channel that is named like depth is taken", "[io]") {
         {{"B", "G", "R", "left.Z"}, "left.Z"},
         {{"N.X", "N.Y", "N.Z", "left.Z"}, "left.Z"},
         {{"Depth", "U", "V"}, "Depth"},
+        {{"distance", "Y"}, "Y"},
     };
     for (const auto& each : cases) {
         const ExrImage picture{.channels = each.channels};
@@ -90,6 +91,9 @@ TEST_CASE("exr: without a channel that is named like depth, all are listed", "[i
     check_says([&] { read_depth(color); }, {"no channel that is named like depth", "B, G, R"});
     const auto position = write(folder / "position.exr", {.channels = {"X", "Y", "Z"}});
     check_says([&] { read_depth(position); }, {"X, Y, Z"});
+    for (const char* result : {"AO", "coc", "near", "confidence"}) // which Y repeats
+        check_says([&] { read_depth(write(folder / "result.exr", {.channels = {result, "Y"}})); },
+                   {"no channel that is named like depth", result});
 }
 
 TEST_CASE("exr: float, half and uint keep their values and say how they are stored", "[io]") {
