@@ -5,6 +5,9 @@
 // does so for 4 patterns. There two opposite neighbours count only together, so that a missing one does not shift the
 // mean. A neighbour's weight falls with its distance from the pixel's tangent plane, and with the pixel's distance from
 // the neighbour's tangent plane, both in inverse depth. So nothing is mixed across an edge.
+// One wall of a crease has too few patterns beside the crease, and both walls see the same there. So visibility has a second
+// mean, for which what lies above the other's plane is closer. As visibility falls towards a crease, this mean counts where it is
+// darker; where it is lighter it counts in part, and not on steep walls, whose pixels lie far apart.
 // Built for: PERSPECTIVE = 0 1; REACH = 0 1 2; OUTPUT = 0 1 2; CLAMP = 0 1
 
 #include "ssao/blocks.h"
@@ -31,12 +34,16 @@
 #endif
 
 #define PAIRS (REACH == 1)
+#define INWARD 0.1875f                // of the distance above the other's plane, in the second mean
+#define LIGHTER (PAIRS ? 0.0f : 0.4f) // how much the second mean counts where it is lighter
+#define GENTLE 2.0f                   // widths of a pixel from one to the next, for a wall that is not steep
 
 // The pixel of each lane, and its surroundings in inverse depth.
 typedef struct {
     int x, y, column; // x in the split image's first plane
     floatV q, right, down;
     floatV inverse; // 1 / the distance that a neighbour may lie off the tangent plane
+    floatV lighter; // how much of a lighter second mean counts
 } centreV;
 
 // What the pixels of four neighbouring columns of V read, each once: row dy and column dx at [dy + REACH][dx + REACH].
@@ -44,21 +51,28 @@ typedef struct {
 #define DOWN (1 + 2 * REACH)
 typedef struct {
     floatV front, slopes, sums[SUMS];
+    floatV inward; // INWARD, or 1 for what may be the side of a thin object
 } nearV;
 
-// How far a neighbour lies from the pixel's tangent plane, or the pixel from its, whichever is more.
-INLINE floatV off_at(const nearV* its, const split_params* split, const centreV* c, int dx, int dy) {
+// How far a neighbour lies from the pixel's tangent plane, or the pixel from its, whichever is more; in either mean.
+typedef struct {
+    floatV off, off_second;
+} offV;
+
+INLINE offV off_at(const nearV* its, const nearV* here, const split_params* split, const centreV* c, int dx, int dy) {
     const floatV between = its->front - c->q;
     const floatV of_ours = fma(c->right, (floatV)(float)dx, c->down * (float)dy);
     const floatV of_its = fma(slope_right(its->slopes), (floatV)(float)dx, slope_down(its->slopes) * (float)dy);
-    const floatV off = max(fabs(between - of_ours), fabs(between - of_its));
+    const floatV beyond = between - of_ours, behind = of_its - between, above = max(beyond, behind);
+    const floatV below = max(-beyond, -behind);
+    const offV found = {max(above, below), max(max(here->inward, its->inward) * above, below)};
 #if CLAMP
     const intV x = 4 * ((intV)c->column + LANE_INDEX(int)) + (c->x + dx - (int)(split->pixel_x & 3));
     const int y = c->y + dy;
     const intV inside = (x >= 0) & (x < (int)split->width) & (intV)(y >= 0 && y < (int)split->height ? -1 : 0);
-    return select((floatV)INFINITY, off, inside);
+    return (offV){select((floatV)INFINITY, found.off, inside), select((floatV)INFINITY, found.off_second, inside)};
 #else
-    return off;
+    return found;
 #endif
 }
 
@@ -99,6 +113,9 @@ KERNEL void denoise(__global const float* fronts, __global const float* slopes, 
             its->slopes = LOAD(float, slopes + at);
             for (int i = 0; i < SUMS; ++i)
                 its->sums[i] = LOAD(float, sums + which[i] + at_sums);
+            const floatV right = slope_right(its->slopes), down = slope_down(its->slopes);
+            const floatV grazing = GRAZING * p.pixel * (PERSPECTIVE ? its->front : (floatV)1.0f);
+            its->inward = select((floatV)1.0f, (floatV)INWARD, fma(right, right, down * down) < grazing * grazing);
             some |= its->sums[0] > 0.0f;
         }
     }
@@ -108,32 +125,43 @@ KERNEL void denoise(__global const float* fronts, __global const float* slopes, 
     for (int j = 0; j < 4; ++j) {
         const nearV* const here = &around[REACH][j + REACH];
         centreV c = {j, y, column, here->front};
-        floatV sum[SUMS];
+        floatV sum[SUMS], second[2] = {0.0f, 0.0f}; // what the second mean has more
         for (int i = 0; i < SUMS; ++i)
             sum[i] = here->sums[i];
         c.right = slope_right(here->slopes), c.down = slope_down(here->slopes);
         // A pixel's width on the surface, as inverse depth: what a face at 45 degrees would differ by.
         const floatV size = PERSPECTIVE ? fabs(c.q) * p.pixel : (floatV)p.pixel;
         const floatV steep = fma(c.right, c.right, c.down * c.down);
+        c.lighter = select((floatV)0.0f, (floatV)LIGHTER, steep < GENTLE * GENTLE * size * size);
         c.inverse = 1.0f / (p.edge * sqrt(fma(size, size, steep)) + 4 * depth_error(&p, c.q));
         for (int dy = PAIRS ? 0 : -REACH; !open && dy <= REACH; ++dy) {
             for (int dx = PAIRS && dy == 0 ? 1 : -REACH; dx <= REACH; ++dx) {
                 if (dx == 0 && dy == 0)
                     continue;
                 const nearV* const its = &around[dy + REACH][j + dx + REACH];
-                floatV off = off_at(its, &split, &c, dx, dy);
+                offV apart = off_at(its, here, &split, &c, dx, dy);
 #if PAIRS
                 const nearV* const opposite = &around[REACH - dy][j - dx + REACH];
-                off = max(off, off_at(opposite, &split, &c, -dx, -dy));
+                const offV its_opposite = off_at(opposite, here, &split, &c, -dx, -dy);
+                apart.off = max(apart.off, its_opposite.off);
+                apart.off_second = max(apart.off_second, its_opposite.off_second);
 #endif
-                const floatV weight = weight_of(&c, off, dx, dy);
+                const floatV weight = weight_of(&c, apart.off, dx, dy);
+                floatV values[SUMS];
                 for (int i = 0; i < SUMS; ++i) {
-                    floatV value = its->sums[i];
+                    values[i] = its->sums[i];
 #if PAIRS
-                    value += opposite->sums[i];
+                    values[i] += opposite->sums[i];
 #endif
-                    sum[i] += select((floatV)0.0f, weight * value, weight > 0.0f);
+                    sum[i] += select((floatV)0.0f, weight * values[i], weight > 0.0f);
                 }
+#if OUTPUT == 0
+                const floatV more = weight_of(&c, apart.off_second, dx, dy) - weight;
+                if (any_of(more > 0.0f)) {
+                    for (int i = 0; i < SUMS; ++i)
+                        second[i] += select((floatV)0.0f, more * values[i], more > 0.0f);
+                }
+#endif
             }
         }
         const intV known = c.q > 1.5f * NOTHING, surface = c.q > NOTHING;
@@ -144,7 +172,11 @@ KERNEL void denoise(__global const float* fronts, __global const float* slopes, 
             dealt[i][j] = select((floatV)NAN, unit, known);
         }
 #else
-        const floatV fraction = sum[0] / max(sum[1], 1e-30f);
+        floatV fraction = sum[0] / max(sum[1], 1e-30f);
+#if OUTPUT == 0
+        const floatV darker = (sum[0] + second[0]) / max(sum[1] + second[1], 1e-30f) - fraction;
+        fraction += max(darker, c.lighter * darker);
+#endif
         const floatV result = min(max(OUTPUT == 0 ? 1.0f - fraction : fraction, 0.0f), 1.0f);
         dealt[0][j] = select(select((floatV)NAN, (floatV)1.0f, known), result, surface);
 #endif
