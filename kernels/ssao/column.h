@@ -14,8 +14,6 @@
 #error "PERSPECTIVE is not defined: 1 where rays meet in the camera centre, 0 where they are parallel (orthographic)"
 #endif
 
-#define SLOPE_ROUNDING (1.0f / 256) // of a slope in 16 bits, see split.h
-
 // 1 / sqrt(a) to 1.8e-3: one step of Newton.
 INLINE floatV rough_inverse_root(floatV a) {
     const floatV guess = as_floatV(0x5f375a86 - (as_intV(a) >> 1));
@@ -44,7 +42,6 @@ typedef struct {
     floatV along[2]; // a step to the right and down, as far as it goes towards the camera
     floatV distance; // from the camera centre; 1 for an orthographic camera
     floatV steepest; // slope that a surface is followed along if it is not the tangent plane's
-    floatV grazing;  // slope up to which surfaces go on to a crease
 } pixelV;
 
 // A slice: the direction (x, y) on the screen, the sphere's radius in it, and how its sectors are rounded.
@@ -67,7 +64,6 @@ typedef struct {
     floatV nearest;      // the sphere's near end is at least here: the camera centre may be inside
     floatV extent;       // pixels that the sphere covers on the screen
     floatV rises, falls; // steepest slopes that a tap's surface is followed along
-    floatV grazing;      // of the pixel
     floatV first;        // (q - q_c) / s from which on the first sector may be blocked
     floatV nu, whole;    // and twice the measure of the side
     floatV lowest;       // cosine of the tangent plane
@@ -163,29 +159,26 @@ INLINE boundsV bounds_at(const sideV* side, floatV first, const columnV* column,
     return within;
 }
 
-// Two neighbouring samples meet in an outward edge if the surface of each, extended to the other sample, passes above it, and in
-// a crease if either passes below. The edge or crease then ends both surfaces. A crease right at the pixel counts, though the
-// slopes' rounding puts it on the wrong side. The pixel itself is the sample before the first one.
+// Two neighbouring samples meet in an outward edge if the surface of each, extended to the other sample, passes above it.
+// The edge then ends both surfaces.
 typedef struct {
-    intV meet;
+    intV outward;
     floatV place; // (q - q_c) / s
 } edgeV;
 
-INLINE edgeV edge_of(const sideV* side, const columnV* a, const columnV* b, __global const tap_params* tap_b) {
-    const floatV gap = (floatV)tap_b->gap, rise_a = a->tilt * gap, rise_b = b->tilt * gap;
-    const floatV over = a->front + rise_a - b->front, passes = b->front - rise_b - a->front;
-    const floatV coarse = SLOPE_ROUNDING * fabs(rise_b);
-    const intV crease = (over < 0.0f) & (passes < coarse) & (max(fabs(a->tilt), fabs(b->tilt)) < side->grazing);
-    const floatV under = select(passes, min(passes, -coarse), crease), sum = over + under;
-    return (edgeV){crease | (min(over, under) > 0.0f),
-                   fma(rise_a, under, a->front * sum) *
+INLINE edgeV edge_of(const columnV* a, const columnV* b, __global const tap_params* tap_b) {
+    const floatV gap = (floatV)tap_b->gap;
+    const floatV over = fma(a->tilt, gap, a->front) - b->front, under = fma(-b->tilt, gap, b->front) - a->front;
+    const floatV sum = over + under;
+    return (edgeV){(over > 0.0f) & (under > 0.0f),
+                   fma(a->tilt * gap, under, a->front * sum) *
                        rough_inverse(fma(gap, under, (tap_b->distance - tap_b->gap) * sum))};
 }
 
-// (q - q_c) / s where a column ends: at the edge or crease, or `way` from it, half way to its neighbour, along its own surface.
+// (q - q_c) / s where a column ends: at the edge, or `way` from it, half way to its neighbour, along its own surface.
 INLINE floatV end_of(const sideV* side, const columnV* column, const edgeV* edge, float way, float inverse) {
     const floatV tilt = max(min(column->tilt, side->rises), side->falls);
-    return select(fma(tilt, (floatV)way, column->front) * inverse, edge->place, edge->meet);
+    return select(fma(tilt, (floatV)way, column->front) * inverse, edge->place, edge->outward);
 }
 
 // The same towards the pixel. Between the pixel and its first sample nothing is known. A surface that rises towards the pixel is
@@ -195,7 +188,7 @@ INLINE floatV inner_end_of(const sideV* side, const columnV* column, const edgeV
         return end_of(side, column, edge, tap->after, tap->inverse_inner);
     const floatV tilt = max(min(column->tilt, side->rises), 0.0f);
     const floatV level = fma(tilt, (floatV)tap->after, column->front) * tap->inverse_inner;
-    return select(max(level, column->front * tap->inverse_distance), edge->place, edge->meet);
+    return select(max(level, column->front * tap->inverse_distance), edge->place, edge->outward);
 }
 
 // A part of a side, as (q - q_c) / s. It is empty where it ends before it begins.

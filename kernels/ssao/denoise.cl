@@ -34,45 +34,60 @@
 #endif
 
 #define PAIRS (REACH == 1)
-#define INWARD 0.1875f                // of the distance above the other's plane, in the second mean
-#define LIGHTER (PAIRS ? 0.0f : 0.4f) // how much the second mean counts where it is lighter
-#define GENTLE 2.0f                   // widths of a pixel from one to the next, for a wall that is not steep
+#define INWARD 0.125f                  // of the distance above the other's plane, in the second mean
+#define LIGHTER (PAIRS ? 0.0f : 0.45f) // how much the second mean counts where it is lighter
+// Widths of a pixel that a surface rises from one to the next: what is not steep, and what may go on to a crease.
+#define GENTLE 2.0f
+#define GRAZING 8.0f
+// What a corner of the window lies above the pixel's plane where a crease may cross the window, as weights have it.
+#define CREASE_LEAST 0.25f
+#define CREASE_MOST 16.0f
 
 // The pixel of each lane, and its surroundings in inverse depth.
 typedef struct {
     int x, y, column; // x in the split image's first plane
     floatV q, right, down;
     floatV inverse; // 1 / the distance that a neighbour may lie off the tangent plane
-    floatV lighter; // how much of a lighter second mean counts
+    intV grazing;
 } centreV;
 
 // What the pixels of four neighbouring columns of V read, each once: row dy and column dx at [dy + REACH][dx + REACH].
 #define ACROSS (4 + 2 * REACH)
 #define DOWN (1 + 2 * REACH)
 typedef struct {
-    floatV front, slopes, sums[SUMS];
-    floatV inward; // INWARD, or 1 for what may be the side of a thin object
+    floatV front, right, down, sums[SUMS];
 } nearV;
 
-// How far a neighbour lies from the pixel's tangent plane, or the pixel from its, whichever is more; in either mean.
-typedef struct {
-    floatV off, off_second;
-} offV;
-
-INLINE offV off_at(const nearV* its, const nearV* here, const split_params* split, const centreV* c, int dx, int dy) {
-    const floatV between = its->front - c->q;
-    const floatV of_ours = fma(c->right, (floatV)(float)dx, c->down * (float)dy);
-    const floatV of_its = fma(slope_right(its->slopes), (floatV)(float)dx, slope_down(its->slopes) * (float)dy);
-    const floatV beyond = between - of_ours, behind = of_its - between, above = max(beyond, behind);
-    const floatV below = max(-beyond, -behind);
-    const offV found = {max(above, below), max(max(here->inward, its->inward) * above, below)};
 #if CLAMP
-    const intV x = 4 * ((intV)c->column + LANE_INDEX(int)) + (c->x + dx - (int)(split->pixel_x & 3));
-    const int y = c->y + dy;
-    const intV inside = (x >= 0) & (x < (int)split->width) & (intV)(y >= 0 && y < (int)split->height ? -1 : 0);
-    return (offV){select((floatV)INFINITY, found.off, inside), select((floatV)INFINITY, found.off_second, inside)};
+// Does the image itself hold the pixels `x` to the right of those of the first plane, in row y?
+INLINE intV is_inside(const split_params* split, int column, int x, int y) {
+    const intV at = 4 * ((intV)column + LANE_INDEX(int)) + (x - (int)(split->pixel_x & 3));
+    return (at >= 0) & (at < (int)split->width) & (intV)(y >= 0 && y < (int)split->height ? -1 : 0);
+}
+#endif
+
+// May its surface go on to a crease? What is steeper may be the side of a thin object, which ends behind its rim.
+INLINE intV is_grazing(const nearV* its, const occlusion_params* p) {
+    const floatV most = GRAZING * p->pixel * (PERSPECTIVE ? its->front : (floatV)1.0f);
+    return fma(its->right, its->right, its->down * its->down) < most * most;
+}
+
+// How far a neighbour lies from the pixel's tangent plane, or the pixel from its, whichever is more. In the second mean less of
+// what lies above counts.
+INLINE floatV off_at(const nearV* its, const split_params* split, const centreV* c, int dx, int dy, bool second,
+                     const occlusion_params* p) {
+    const floatV between = its->front - c->q;
+    const floatV beyond = between - fma(c->right, (floatV)(float)dx, c->down * (float)dy);
+    const floatV behind = fma(its->right, (floatV)(float)dx, its->down * (float)dy) - between;
+    floatV off = max(fabs(beyond), fabs(behind));
+    if (second) {
+        const floatV inward = select((floatV)1.0f, (floatV)INWARD, c->grazing & is_grazing(its, p));
+        off = max(inward * max(beyond, behind), max(-beyond, -behind));
+    }
+#if CLAMP
+    return select((floatV)INFINITY, off, is_inside(split, c->column, c->x + dx, c->y + dy));
 #else
-    return found;
+    return off;
 #endif
 }
 
@@ -80,6 +95,47 @@ INLINE floatV weight_of(const centreV* c, floatV off, int dx, int dy) {
     const float fraction = (abs(dx) == REACH ? 0.5f : 1.0f) * (abs(dy) == REACH ? 0.5f : 1.0f);
     return fraction * max(fma(-off, c->inverse, (floatV)1.0f), 0.0f);
 }
+
+// The sums of the window around column j.
+INLINE void add_window(const nearV around[DOWN][ACROSS], const split_params* split, const centreV* c, int j, bool second,
+                       const occlusion_params* p, floatV* sum) {
+    for (int i = 0; i < SUMS; ++i)
+        sum[i] = around[REACH][j + REACH].sums[i];
+    for (int dy = PAIRS ? 0 : -REACH; dy <= REACH; ++dy) {
+        for (int dx = PAIRS && dy == 0 ? 1 : -REACH; dx <= REACH; ++dx) {
+            if (dx == 0 && dy == 0)
+                continue;
+            const nearV* const its = &around[dy + REACH][j + dx + REACH];
+            floatV off = off_at(its, split, c, dx, dy, second, p);
+#if PAIRS
+            const nearV* const opposite = &around[REACH - dy][j - dx + REACH];
+            off = max(off, off_at(opposite, split, c, -dx, -dy, second, p));
+#endif
+            const floatV weight = weight_of(c, off, dx, dy);
+            for (int i = 0; i < SUMS; ++i)
+#if PAIRS
+                sum[i] = fma(weight, its->sums[i] + opposite->sums[i], sum[i]);
+#else
+                sum[i] = fma(weight, its->sums[i], sum[i]);
+#endif
+        }
+    }
+}
+
+#if OUTPUT == 0 && REACH > 0
+// May a crease cross the window? Then it cuts off a corner, which lies above the pixel's plane.
+INLINE intV is_crease(const nearV around[DOWN][ACROSS], const centreV* c, int j) {
+    intV found = 0;
+    for (int dy = -REACH; dy <= REACH; dy += 2 * REACH) {
+        for (int dx = -REACH; dx <= REACH; dx += 2 * REACH) {
+            const floatV plane = fma(c->right, (floatV)(float)dx, fma(c->down, (floatV)(float)dy, c->q));
+            const floatV above = (around[dy + REACH][j + dx + REACH].front - plane) * c->inverse;
+            found |= (above > CREASE_LEAST) & (above < CREASE_MOST);
+        }
+    }
+    return found;
+}
+#endif
 
 KERNEL void denoise(__global const float* fronts, __global const float* slopes, __global const float* sums,
                       __global const uint* blocks, __global float* target, const grid_params grid,
@@ -110,12 +166,15 @@ KERNEL void denoise(__global const float* fronts, __global const float* slopes, 
             const uint at = in_plane(&split, plane, its_column, row);
             const uint at_sums = in_sums(&split, &rows, plane, its_column, row);
             its->front = LOAD(float, fronts + at);
-            its->slopes = LOAD(float, slopes + at);
+            const floatV packed = LOAD(float, slopes + at);
+            its->right = slope_right(packed), its->down = slope_down(packed);
+#if CLAMP
+            const intV counts = (its->front > NOTHING) & is_inside(&split, column, dx, y + dy);
+#else
+            const intV counts = its->front > NOTHING;
+#endif
             for (int i = 0; i < SUMS; ++i)
-                its->sums[i] = LOAD(float, sums + which[i] + at_sums);
-            const floatV right = slope_right(its->slopes), down = slope_down(its->slopes);
-            const floatV grazing = GRAZING * p.pixel * (PERSPECTIVE ? its->front : (floatV)1.0f);
-            its->inward = select((floatV)1.0f, (floatV)INWARD, fma(right, right, down * down) < grazing * grazing);
+                its->sums[i] = select((floatV)0.0f, LOAD(float, sums + which[i] + at_sums), counts);
             some |= its->sums[0] > 0.0f;
         }
     }
@@ -125,44 +184,17 @@ KERNEL void denoise(__global const float* fronts, __global const float* slopes, 
     for (int j = 0; j < 4; ++j) {
         const nearV* const here = &around[REACH][j + REACH];
         centreV c = {j, y, column, here->front};
-        floatV sum[SUMS], second[2] = {0.0f, 0.0f}; // what the second mean has more
-        for (int i = 0; i < SUMS; ++i)
-            sum[i] = here->sums[i];
-        c.right = slope_right(here->slopes), c.down = slope_down(here->slopes);
+        floatV sum[SUMS];
+        c.right = here->right, c.down = here->down;
         // A pixel's width on the surface, as inverse depth: what a face at 45 degrees would differ by.
         const floatV size = PERSPECTIVE ? fabs(c.q) * p.pixel : (floatV)p.pixel;
         const floatV steep = fma(c.right, c.right, c.down * c.down);
-        c.lighter = select((floatV)0.0f, (floatV)LIGHTER, steep < GENTLE * GENTLE * size * size);
         c.inverse = 1.0f / (p.edge * sqrt(fma(size, size, steep)) + 4 * depth_error(&p, c.q));
-        for (int dy = PAIRS ? 0 : -REACH; !open && dy <= REACH; ++dy) {
-            for (int dx = PAIRS && dy == 0 ? 1 : -REACH; dx <= REACH; ++dx) {
-                if (dx == 0 && dy == 0)
-                    continue;
-                const nearV* const its = &around[dy + REACH][j + dx + REACH];
-                offV apart = off_at(its, here, &split, &c, dx, dy);
-#if PAIRS
-                const nearV* const opposite = &around[REACH - dy][j - dx + REACH];
-                const offV its_opposite = off_at(opposite, here, &split, &c, -dx, -dy);
-                apart.off = max(apart.off, its_opposite.off);
-                apart.off_second = max(apart.off_second, its_opposite.off_second);
-#endif
-                const floatV weight = weight_of(&c, apart.off, dx, dy);
-                floatV values[SUMS];
-                for (int i = 0; i < SUMS; ++i) {
-                    values[i] = its->sums[i];
-#if PAIRS
-                    values[i] += opposite->sums[i];
-#endif
-                    sum[i] += select((floatV)0.0f, weight * values[i], weight > 0.0f);
-                }
-#if OUTPUT == 0
-                const floatV more = weight_of(&c, apart.off_second, dx, dy) - weight;
-                if (any_of(more > 0.0f)) {
-                    for (int i = 0; i < SUMS; ++i)
-                        second[i] += select((floatV)0.0f, more * values[i], more > 0.0f);
-                }
-#endif
-            }
+        if (open) {
+            for (int i = 0; i < SUMS; ++i)
+                sum[i] = here->sums[i];
+        } else {
+            add_window(around, &split, &c, j, false, &p, sum);
         }
         const intV known = c.q > 1.5f * NOTHING, surface = c.q > NOTHING;
 #if OUTPUT == 2
@@ -173,9 +205,15 @@ KERNEL void denoise(__global const float* fronts, __global const float* slopes, 
         }
 #else
         floatV fraction = sum[0] / max(sum[1], 1e-30f);
-#if OUTPUT == 0
-        const floatV darker = (sum[0] + second[0]) / max(sum[1] + second[1], 1e-30f) - fraction;
-        fraction += max(darker, c.lighter * darker);
+#if OUTPUT == 0 && REACH > 0
+        c.grazing = is_grazing(here, &p);
+        const intV crease = c.grazing & is_crease(around, &c, j);
+        if (!open && any_of(crease)) {
+            add_window(around, &split, &c, j, true, &p, sum);
+            const floatV darker = sum[0] / max(sum[1], 1e-30f) - fraction;
+            const floatV lighter = select((floatV)0.0f, (floatV)LIGHTER, steep < GENTLE * GENTLE * size * size);
+            fraction += select((floatV)0.0f, max(darker, lighter * darker), crease);
+        }
 #endif
         const floatV result = min(max(OUTPUT == 0 ? 1.0f - fraction : fraction, 0.0f), 1.0f);
         dealt[0][j] = select(select((floatV)NAN, (floatV)1.0f, known), result, surface);

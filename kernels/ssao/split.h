@@ -31,10 +31,6 @@ INLINE floatV slope_down(floatV packed) {
     return as_floatV(as_intV(packed) & (int)0xffff0000);
 }
 
-// Widths of a pixel from one to the next that a surface may rise and still be taken to go on to a crease. What is steeper may
-// be the side of a thin object, which ends behind its rim.
-#define GRAZING 5.0f
-
 // 4 V neighbours of a row to V of each plane and back.
 #if V == 1
 #define DEAL(v, p)                                                                                                     \

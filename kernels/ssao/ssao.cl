@@ -81,7 +81,6 @@ INLINE pixelV pixel_at(__global const float* fronts, __global const float* slope
     c.distance = 1.0f;
     c.steepest = STEEP * p->radius * c.inverse_length;
 #endif
-    c.grazing = GRAZING * p->pixel * (PERSPECTIVE ? c.q : (floatV)1.0f);
     return c;
 }
 
@@ -107,7 +106,6 @@ INLINE sideV side_at(const pixelV* c, const sliceV* slice, float sign, float slo
     side.tangent = sign * slice->slope;
     side.rises = max(side.tangent, c->steepest);
     side.falls = min(side.tangent, -c->steepest);
-    side.grazing = c->grazing;
     set_sphere(&side, c, slice, sign);
     side.scale = (PERSPECTIVE ? c->distance : c->length) * slice->inverse_across;
     const floatV flat = sign * slice->along * slice->inverse_across;
@@ -159,12 +157,12 @@ INLINE intV sectors_of_taps(const sideV* side, const sourceV* from, const placeV
         } else {
             const columnV last =
                 column_at(side, from->fronts, from->slopes, at_tap(place, from->split, tap - 1), tap - 1);
-            before = edge_of(side, &last, &seen, tap);
+            before = edge_of(&last, &seen, tap);
         }
         known = i + 1;
         READ_NEXT(from->backs + at);
         next = column_at(side, from->fronts, from->slopes, at_tap(place, from->split, tap + 1), tap + 1);
-        after = edge_of(side, &seen, &next, tap + 1);
+        after = edge_of(&seen, &next, tap + 1);
         const floatV inner = inner_end_of(side, &seen, &before, tap);
         const floatV outer = end_of(side, &seen, &after, tap[1].before, tap[1].inverse_inner);
         const partV part = part_of(&within, first, &seen, LOAD(float, from->backs + at), inner, outer, tap);
