@@ -55,7 +55,7 @@ typedef struct {
 #define ACROSS (4 + 2 * REACH)
 #define DOWN (1 + 2 * REACH)
 typedef struct {
-    floatV front, right, down, sums[SUMS];
+    floatV front, slopes, sums[SUMS];
 } nearV;
 
 #if CLAMP
@@ -69,7 +69,7 @@ INLINE intV is_inside(const split_params* split, int column, int x, int y) {
 // May its surface go on to a crease? What is steeper may be the side of a thin object, which ends behind its rim.
 INLINE intV is_grazing(const nearV* its, const occlusion_params* p) {
     const floatV most = GRAZING * p->pixel * (PERSPECTIVE ? its->front : (floatV)1.0f);
-    return fma(its->right, its->right, its->down * its->down) < most * most;
+    return fma(slope_right(its->slopes), slope_right(its->slopes), slope_down(its->slopes) * slope_down(its->slopes)) < most * most;
 }
 
 // How far a neighbour lies from the pixel's tangent plane, or the pixel from its, whichever is more. In the second mean less of
@@ -78,7 +78,7 @@ INLINE floatV off_at(const nearV* its, const split_params* split, const centreV*
                      const occlusion_params* p) {
     const floatV between = its->front - c->q;
     const floatV beyond = between - fma(c->right, (floatV)(float)dx, c->down * (float)dy);
-    const floatV behind = fma(its->right, (floatV)(float)dx, its->down * (float)dy) - between;
+    const floatV behind = fma(slope_right(its->slopes), (floatV)(float)dx, slope_down(its->slopes) * (float)dy) - between;
     floatV off = max(fabs(beyond), fabs(behind));
     if (second) {
         const floatV inward = select((floatV)1.0f, (floatV)INWARD, c->grazing & is_grazing(its, p));
@@ -96,29 +96,22 @@ INLINE floatV weight_of(const centreV* c, floatV off, int dx, int dy) {
     return fraction * max(fma(-off, c->inverse, (floatV)1.0f), 0.0f);
 }
 
-// The sums of the window around column j.
-INLINE void add_window(const nearV around[DOWN][ACROSS], const split_params* split, const centreV* c, int j, bool second,
-                       const occlusion_params* p, floatV* sum) {
-    for (int i = 0; i < SUMS; ++i)
-        sum[i] = around[REACH][j + REACH].sums[i];
-    for (int dy = PAIRS ? 0 : -REACH; dy <= REACH; ++dy) {
-        for (int dx = PAIRS && dy == 0 ? 1 : -REACH; dx <= REACH; ++dx) {
-            if (dx == 0 && dy == 0)
-                continue;
-            const nearV* const its = &around[dy + REACH][j + dx + REACH];
-            floatV off = off_at(its, split, c, dx, dy, second, p);
+// Adds a neighbour of column j to the sums, or two opposite ones.
+INLINE void add_neighbour(const nearV around[DOWN][ACROSS], const split_params* split, const centreV* c, int j, int dx, int dy,
+                          bool second, const occlusion_params* p, floatV* sum) {
+    const nearV* const its = &around[dy + REACH][j + dx + REACH];
+    floatV off = off_at(its, split, c, dx, dy, second, p);
 #if PAIRS
-            const nearV* const opposite = &around[REACH - dy][j - dx + REACH];
-            off = max(off, off_at(opposite, split, c, -dx, -dy, second, p));
+    const nearV* const opposite = &around[REACH - dy][j - dx + REACH];
+    off = max(off, off_at(opposite, split, c, -dx, -dy, second, p));
 #endif
-            const floatV weight = weight_of(c, off, dx, dy);
-            for (int i = 0; i < SUMS; ++i)
+    const floatV weight = weight_of(c, off, dx, dy);
+    for (int i = 0; i < SUMS; ++i) {
+        floatV value = its->sums[i];
 #if PAIRS
-                sum[i] = fma(weight, its->sums[i] + opposite->sums[i], sum[i]);
-#else
-                sum[i] = fma(weight, its->sums[i], sum[i]);
+        value += opposite->sums[i];
 #endif
-        }
+        sum[i] = fma(weight, value, sum[i]);
     }
 }
 
@@ -166,8 +159,7 @@ KERNEL void denoise(__global const float* fronts, __global const float* slopes, 
             const uint at = in_plane(&split, plane, its_column, row);
             const uint at_sums = in_sums(&split, &rows, plane, its_column, row);
             its->front = LOAD(float, fronts + at);
-            const floatV packed = LOAD(float, slopes + at);
-            its->right = slope_right(packed), its->down = slope_down(packed);
+            its->slopes = LOAD(float, slopes + at);
 #if CLAMP
             const intV counts = (its->front > NOTHING) & is_inside(&split, column, dx, y + dy);
 #else
@@ -185,16 +177,18 @@ KERNEL void denoise(__global const float* fronts, __global const float* slopes, 
         const nearV* const here = &around[REACH][j + REACH];
         centreV c = {j, y, column, here->front};
         floatV sum[SUMS];
-        c.right = here->right, c.down = here->down;
+        c.right = slope_right(here->slopes), c.down = slope_down(here->slopes);
         // A pixel's width on the surface, as inverse depth: what a face at 45 degrees would differ by.
         const floatV size = PERSPECTIVE ? fabs(c.q) * p.pixel : (floatV)p.pixel;
         const floatV steep = fma(c.right, c.right, c.down * c.down);
         c.inverse = 1.0f / (p.edge * sqrt(fma(size, size, steep)) + 4 * depth_error(&p, c.q));
-        if (open) {
-            for (int i = 0; i < SUMS; ++i)
-                sum[i] = here->sums[i];
-        } else {
-            add_window(around, &split, &c, j, false, &p, sum);
+        for (int i = 0; i < SUMS; ++i)
+            sum[i] = here->sums[i];
+        for (int dy = PAIRS ? 0 : -REACH; !open && dy <= REACH; ++dy) {
+            for (int dx = PAIRS && dy == 0 ? 1 : -REACH; dx <= REACH; ++dx) {
+                if (dx != 0 || dy != 0)
+                    add_neighbour(around, &split, &c, j, dx, dy, false, &p, sum);
+            }
         }
         const intV known = c.q > 1.5f * NOTHING, surface = c.q > NOTHING;
 #if OUTPUT == 2
@@ -209,8 +203,16 @@ KERNEL void denoise(__global const float* fronts, __global const float* slopes, 
         c.grazing = is_grazing(here, &p);
         const intV crease = c.grazing & is_crease(around, &c, j);
         if (!open && any_of(crease)) {
-            add_window(around, &split, &c, j, true, &p, sum);
-            const floatV darker = sum[0] / max(sum[1], 1e-30f) - fraction;
+            floatV both[SUMS] = {here->sums[0], here->sums[1]};
+#pragma unroll 1 // four copies of this loop would cost every pixel a tenth of its time
+            for (int dy = PAIRS ? 0 : -REACH; dy <= REACH; ++dy) {
+#pragma unroll 1
+                for (int dx = PAIRS && dy == 0 ? 1 : -REACH; dx <= REACH; ++dx) {
+                    if (dx != 0 || dy != 0)
+                        add_neighbour(around, &split, &c, j, dx, dy, true, &p, both);
+                }
+            }
+            const floatV darker = both[0] / max(both[1], 1e-30f) - fraction;
             const floatV lighter = select((floatV)0.0f, (floatV)LIGHTER, steep < GENTLE * GENTLE * size * size);
             fraction += select((floatV)0.0f, max(darker, lighter * darker), crease);
         }
