@@ -53,14 +53,18 @@ INLINE floatV slope(floatV before2, floatV before1, floatV centre, floatV after1
 }
 
 // The slope, except on objects one or two pixels wide. Two taps do not fit their plane, and planes of other objects must not
-// be theirs. Such a pixel takes the difference to its closer neighbour if that is within `step`, and faces the camera
-// otherwise.
+// be theirs. Such a pixel takes the difference to its closer neighbour if that is within `step`. If it lies deeper than one
+// neighbour and nearer than the other, as the top of a box does, its plane rises to the nearer one, unless that is two radii away.
+// Any other faces the camera.
 INLINE floatV unless_thin(floatV found, const floatV* nearby, floatV q, floatV step) {
     const floatV from_before = fabs(fma((floatV)2.0f, nearby[1], -nearby[0]) - q);
     const floatV from_after = fabs(fma((floatV)2.0f, nearby[2], -nearby[3]) - q);
     const floatV before = q - nearby[1], after = nearby[2] - q;
     const floatV closer = select(after, before, !(fabs(before) > fabs(after)));
-    const floatV chosen = select((floatV)0.0f, closer, fabs(closer) < step);
+    const floatV nearer = select(before, after, after > 0.0f);
+    const intV between = (min(before, after) > 0.0f) | (max(before, after) < 0.0f);
+    const floatV top = select((floatV)0.0f, nearer, between & (fabs(nearer) < step * (2.0f / THIN)));
+    const floatV chosen = select(top, closer, fabs(closer) < step);
     return select(found, chosen, (from_before > step) & (from_after > step));
 }
 

@@ -5,6 +5,9 @@
 // does so for 4 patterns. There two opposite neighbours count only together, so that a missing one does not shift the
 // mean. A neighbour's weight falls with its distance from the pixel's tangent plane, and with the pixel's distance from
 // the neighbour's tangent plane, both in inverse depth. So nothing is mixed across an edge.
+// One wall of a crease has too few patterns beside the crease, and both walls see the same there. So visibility has a second
+// mean, for which what lies above the other's plane is closer. As visibility falls towards a crease, this mean counts where it is
+// darker; where it is lighter it counts in part, and not on steep walls, whose pixels lie far apart.
 // Built for: PERSPECTIVE = 0 1; REACH = 0 1 2; OUTPUT = 0 1 2; CLAMP = 0 1
 
 #include "ssao/blocks.h"
@@ -31,12 +34,21 @@
 #endif
 
 #define PAIRS (REACH == 1)
+#define INWARD 0.125f                  // of the distance above the other's plane, in the second mean
+#define LIGHTER (PAIRS ? 0.0f : 0.45f) // how much the second mean counts where it is lighter
+// Widths of a pixel that a surface rises from one to the next: what is not steep, and what may go on to a crease.
+#define GENTLE 2.0f
+#define GRAZING 8.0f
+// What a corner of the window lies above the pixel's plane where a crease may cross the window, as weights have it.
+#define CREASE_LEAST 0.25f
+#define CREASE_MOST 16.0f
 
 // The pixel of each lane, and its surroundings in inverse depth.
 typedef struct {
     int x, y, column; // x in the split image's first plane
     floatV q, right, down;
     floatV inverse; // 1 / the distance that a neighbour may lie off the tangent plane
+    intV grazing;
 } centreV;
 
 // What the pixels of four neighbouring columns of V read, each once: row dy and column dx at [dy + REACH][dx + REACH].
@@ -46,17 +58,34 @@ typedef struct {
     floatV front, slopes, sums[SUMS];
 } nearV;
 
-// How far a neighbour lies from the pixel's tangent plane, or the pixel from its, whichever is more.
-INLINE floatV off_at(const nearV* its, const split_params* split, const centreV* c, int dx, int dy) {
-    const floatV between = its->front - c->q;
-    const floatV of_ours = fma(c->right, (floatV)(float)dx, c->down * (float)dy);
-    const floatV of_its = fma(slope_right(its->slopes), (floatV)(float)dx, slope_down(its->slopes) * (float)dy);
-    const floatV off = max(fabs(between - of_ours), fabs(between - of_its));
 #if CLAMP
-    const intV x = 4 * ((intV)c->column + LANE_INDEX(int)) + (c->x + dx - (int)(split->pixel_x & 3));
-    const int y = c->y + dy;
-    const intV inside = (x >= 0) & (x < (int)split->width) & (intV)(y >= 0 && y < (int)split->height ? -1 : 0);
-    return select((floatV)INFINITY, off, inside);
+// Does the image itself hold the pixels `x` to the right of those of the first plane, in row y?
+INLINE intV is_inside(const split_params* split, int column, int x, int y) {
+    const intV at = 4 * ((intV)column + LANE_INDEX(int)) + (x - (int)(split->pixel_x & 3));
+    return (at >= 0) & (at < (int)split->width) & (intV)(y >= 0 && y < (int)split->height ? -1 : 0);
+}
+#endif
+
+// May its surface go on to a crease? What is steeper may be the side of a thin object, which ends behind its rim.
+INLINE intV is_grazing(const nearV* its, const occlusion_params* p) {
+    const floatV most = GRAZING * p->pixel * (PERSPECTIVE ? its->front : (floatV)1.0f);
+    return fma(slope_right(its->slopes), slope_right(its->slopes), slope_down(its->slopes) * slope_down(its->slopes)) < most * most;
+}
+
+// How far a neighbour lies from the pixel's tangent plane, or the pixel from its, whichever is more. In the second mean less of
+// what lies above counts.
+INLINE floatV off_at(const nearV* its, const split_params* split, const centreV* c, int dx, int dy, bool second,
+                     const occlusion_params* p) {
+    const floatV between = its->front - c->q;
+    const floatV beyond = between - fma(c->right, (floatV)(float)dx, c->down * (float)dy);
+    const floatV behind = fma(slope_right(its->slopes), (floatV)(float)dx, slope_down(its->slopes) * (float)dy) - between;
+    floatV off = max(fabs(beyond), fabs(behind));
+    if (second) {
+        const floatV inward = select((floatV)1.0f, (floatV)INWARD, c->grazing & is_grazing(its, p));
+        off = max(inward * max(beyond, behind), max(-beyond, -behind));
+    }
+#if CLAMP
+    return select((floatV)INFINITY, off, is_inside(split, c->column, c->x + dx, c->y + dy));
 #else
     return off;
 #endif
@@ -66,6 +95,40 @@ INLINE floatV weight_of(const centreV* c, floatV off, int dx, int dy) {
     const float fraction = (abs(dx) == REACH ? 0.5f : 1.0f) * (abs(dy) == REACH ? 0.5f : 1.0f);
     return fraction * max(fma(-off, c->inverse, (floatV)1.0f), 0.0f);
 }
+
+// Adds a neighbour of column j to the sums, or two opposite ones.
+INLINE void add_neighbour(const nearV around[DOWN][ACROSS], const split_params* split, const centreV* c, int j, int dx, int dy,
+                          bool second, const occlusion_params* p, floatV* sum) {
+    const nearV* const its = &around[dy + REACH][j + dx + REACH];
+    floatV off = off_at(its, split, c, dx, dy, second, p);
+#if PAIRS
+    const nearV* const opposite = &around[REACH - dy][j - dx + REACH];
+    off = max(off, off_at(opposite, split, c, -dx, -dy, second, p));
+#endif
+    const floatV weight = weight_of(c, off, dx, dy);
+    for (int i = 0; i < SUMS; ++i) {
+        floatV value = its->sums[i];
+#if PAIRS
+        value += opposite->sums[i];
+#endif
+        sum[i] = fma(weight, value, sum[i]);
+    }
+}
+
+#if OUTPUT == 0 && REACH > 0
+// May a crease cross the window? Then it cuts off a corner, which lies above the pixel's plane.
+INLINE intV is_crease(const nearV around[DOWN][ACROSS], const centreV* c, int j) {
+    intV found = 0;
+    for (int dy = -REACH; dy <= REACH; dy += 2 * REACH) {
+        for (int dx = -REACH; dx <= REACH; dx += 2 * REACH) {
+            const floatV plane = fma(c->right, (floatV)(float)dx, fma(c->down, (floatV)(float)dy, c->q));
+            const floatV above = (around[dy + REACH][j + dx + REACH].front - plane) * c->inverse;
+            found |= (above > CREASE_LEAST) & (above < CREASE_MOST);
+        }
+    }
+    return found;
+}
+#endif
 
 KERNEL void denoise(__global const float* fronts, __global const float* slopes, __global const float* sums,
                       __global const uint* blocks, __global float* target, const grid_params grid,
@@ -97,8 +160,13 @@ KERNEL void denoise(__global const float* fronts, __global const float* slopes, 
             const uint at_sums = in_sums(&split, &rows, plane, its_column, row);
             its->front = LOAD(float, fronts + at);
             its->slopes = LOAD(float, slopes + at);
+#if CLAMP
+            const intV counts = (its->front > NOTHING) & is_inside(&split, column, dx, y + dy);
+#else
+            const intV counts = its->front > NOTHING;
+#endif
             for (int i = 0; i < SUMS; ++i)
-                its->sums[i] = LOAD(float, sums + which[i] + at_sums);
+                its->sums[i] = select((floatV)0.0f, LOAD(float, sums + which[i] + at_sums), counts);
             some |= its->sums[0] > 0.0f;
         }
     }
@@ -109,31 +177,17 @@ KERNEL void denoise(__global const float* fronts, __global const float* slopes, 
         const nearV* const here = &around[REACH][j + REACH];
         centreV c = {j, y, column, here->front};
         floatV sum[SUMS];
-        for (int i = 0; i < SUMS; ++i)
-            sum[i] = here->sums[i];
         c.right = slope_right(here->slopes), c.down = slope_down(here->slopes);
         // A pixel's width on the surface, as inverse depth: what a face at 45 degrees would differ by.
         const floatV size = PERSPECTIVE ? fabs(c.q) * p.pixel : (floatV)p.pixel;
         const floatV steep = fma(c.right, c.right, c.down * c.down);
         c.inverse = 1.0f / (p.edge * sqrt(fma(size, size, steep)) + 4 * depth_error(&p, c.q));
+        for (int i = 0; i < SUMS; ++i)
+            sum[i] = here->sums[i];
         for (int dy = PAIRS ? 0 : -REACH; !open && dy <= REACH; ++dy) {
             for (int dx = PAIRS && dy == 0 ? 1 : -REACH; dx <= REACH; ++dx) {
-                if (dx == 0 && dy == 0)
-                    continue;
-                const nearV* const its = &around[dy + REACH][j + dx + REACH];
-                floatV off = off_at(its, &split, &c, dx, dy);
-#if PAIRS
-                const nearV* const opposite = &around[REACH - dy][j - dx + REACH];
-                off = max(off, off_at(opposite, &split, &c, -dx, -dy));
-#endif
-                const floatV weight = weight_of(&c, off, dx, dy);
-                for (int i = 0; i < SUMS; ++i) {
-                    floatV value = its->sums[i];
-#if PAIRS
-                    value += opposite->sums[i];
-#endif
-                    sum[i] += select((floatV)0.0f, weight * value, weight > 0.0f);
-                }
+                if (dx != 0 || dy != 0)
+                    add_neighbour(around, &split, &c, j, dx, dy, false, &p, sum);
             }
         }
         const intV known = c.q > 1.5f * NOTHING, surface = c.q > NOTHING;
@@ -144,7 +198,25 @@ KERNEL void denoise(__global const float* fronts, __global const float* slopes, 
             dealt[i][j] = select((floatV)NAN, unit, known);
         }
 #else
-        const floatV fraction = sum[0] / max(sum[1], 1e-30f);
+        floatV fraction = sum[0] / max(sum[1], 1e-30f);
+#if OUTPUT == 0 && REACH > 0
+        c.grazing = is_grazing(here, &p);
+        const intV crease = c.grazing & is_crease(around, &c, j);
+        if (!open && any_of(crease)) {
+            floatV both[SUMS] = {here->sums[0], here->sums[1]};
+#pragma unroll 1 // four copies of this loop would cost every pixel a tenth of its time
+            for (int dy = PAIRS ? 0 : -REACH; dy <= REACH; ++dy) {
+#pragma unroll 1
+                for (int dx = PAIRS && dy == 0 ? 1 : -REACH; dx <= REACH; ++dx) {
+                    if (dx != 0 || dy != 0)
+                        add_neighbour(around, &split, &c, j, dx, dy, true, &p, both);
+                }
+            }
+            const floatV darker = both[0] / max(both[1], 1e-30f) - fraction;
+            const floatV lighter = select((floatV)0.0f, (floatV)LIGHTER, steep < GENTLE * GENTLE * size * size);
+            fraction += select((floatV)0.0f, max(darker, lighter * darker), crease);
+        }
+#endif
         const floatV result = min(max(OUTPUT == 0 ? 1.0f - fraction : fraction, 0.0f), 1.0f);
         dealt[0][j] = select(select((floatV)NAN, (floatV)1.0f, known), result, surface);
 #endif
