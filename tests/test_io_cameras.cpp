@@ -591,8 +591,8 @@ TEST_CASE("cameras: Open3D's intrinsics and parameters, column by column", "[io]
     unmoved.to_camera.setIdentity();
     check_sees(camera_for(alone, 640, 480), unmoved.points(pixel), doubles);
     CHECK(alone.camera.scale == 0.001);
-    const fs::path rows = put(folder / "rows.json",
-                              R"({"intrinsic_matrix": [[500, 0, 321.5], [0, 510, 237.5], [0, 0, 1]]})");
+    const fs::path rows =
+        put(folder / "rows.json", R"({"intrinsic_matrix": [[500, 0, 321.5], [0, 510, 237.5], [0, 0, 1]]})");
     check_sees(camera_for(import_camera(rows, {.preset = "kinect"}), 640, 480), unmoved.points(pixel), doubles);
     const auto refused = [&](const std::string& text, const std::string& said, const std::string& preset = "kinect") {
         check_says([&] { import_camera(put(folder / "bad.json", text), {.preset = preset}); }, {"bad.json: ", said});
@@ -651,10 +651,10 @@ TEST_CASE("cameras: a camera matrix in a text, as ScanNet has it", "[io][cameras
     const auto pixel = [](const Vector3d& p) {
         return Vector2d(500 * p.x() / p.z() + 321.5 + 0.5, 510 * p.y() / p.z() + 237.5 + 0.5);
     };
-    for (const char* text : {"500.0 0.0 321.5 0.0\n0.0 510.0 237.5 0.0\n0.0 0.0 1.0 0.0\n0.0 0.0 0.0 1.0\n",
-                             "5e2 0 321.5\r\n0 510 237.5\r\n0 0 1",
-                             "# K\n[[500, 0, 321.5],\n [0, 510, 237.5],\n [0, 0, 1]]\n",
-                             "500 0 321.5 0\n0 510 237.5 0\n0 0 1 0\n"})
+    for (const char* text :
+         {"500.0 0.0 321.5 0.0\n0.0 510.0 237.5 0.0\n0.0 0.0 1.0 0.0\n0.0 0.0 0.0 1.0\n",
+          "5e2 0 321.5\r\n0 510 237.5\r\n0 0 1", "# K\n[[500, 0, 321.5],\n [0, 510, 237.5],\n [0, 0, 1]]\n",
+          "500 0 321.5 0\n0 510 237.5 0\n0 0 1 0\n"})
         check_sees(
             camera_for(reread(folder, import_camera(put(folder / "k.txt", text), {.preset = "scannet"})), 640, 480),
             world.points(pixel), doubles);

@@ -92,8 +92,11 @@ TEST_CASE("exr: without a channel that is named like depth, all are listed", "[i
     const auto position = write(folder / "position.exr", {.channels = {"X", "Y", "Z"}});
     check_says([&] { read_depth(position); }, {"X, Y, Z"});
     for (const char* result : {"AO", "coc", "near", "confidence"}) // which Y repeats
-        check_says([&] { read_depth(write(folder / "result.exr", {.channels = {result, "Y"}})); },
-                   {"no channel that is named like depth", result});
+        check_says(
+            [&] {
+                read_depth(write(folder / "result.exr", {.channels = {result, "Y"}}));
+            },
+            {"no channel that is named like depth", result});
 }
 
 TEST_CASE("exr: float, half and uint keep their values and say how they are stored", "[io]") {

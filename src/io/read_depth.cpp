@@ -43,12 +43,14 @@ void check_codes(const std::filesystem::path& file, const cv::Mat& codes, int fi
     for (int y = 0; y < codes.rows; ++y)
         for (int x = 0; x < codes.cols; ++x)
             if (const auto code = static_cast<std::uint32_t>(codes.at<int>(y, x)); code > 0xffffff)
-                refuse(file, "pixel (" + std::to_string(x) + ", " + std::to_string(first_row + y) + ") holds " +
-                                 std::to_string(code) + ", more than 24 bits; " +
-                                 (code > 0xff000000
-                                      ? "if it is " + std::to_string(static_cast<std::int32_t>(code)) + ", save floats"
-                                      : "if depth lies in the high bits say so: \"packing\": "
-                                        "\"uint24-high\""));
+                refuse(file,
+                       "pixel (" + std::to_string(x) + ", " + std::to_string(first_row + y) + ") holds " +
+                           std::to_string(code) +
+                           ", more than 24 bits; if depth lies in the high bits say so: \"packing\": "
+                           "\"uint24-high\"" +
+                           (code > 0x7fffffff ? "; if the number is " +
+                                                    std::to_string(static_cast<std::int32_t>(code)) + ", save floats"
+                                              : std::string()));
 }
 
 /// Codes whose bits were rotated left by three.

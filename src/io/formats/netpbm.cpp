@@ -84,9 +84,9 @@ std::optional<cv::Mat> read_netpbm(const std::filesystem::path& file, const Byte
     check_size(file, width, height);
     const auto scale = number<double>(file, word(text, at)); // of a grey map: its largest value
     if (!floats && !(scale >= 1 && scale <= 65535))
-        refuse(file, "is damaged: a grey map counts to 1 to 65535, and this one to " +
-                         std::to_string(static_cast<long long>(std::clamp(scale, -1e9, 1e9))) + "; write it again");
-    if (!floats && scale > 255 && (as_counted ? scale > 65535 : scale != 65535))
+        refuse(file, "counts to " + std::to_string(static_cast<long long>(scale > 0 ? std::min(scale, 1e9) : 0)) +
+                         ", but a grey map counts to 1 to 65535; write it again");
+    if (!floats && scale > 255 && scale != 65535 && !as_counted)
         refuse(file,
                "counts to " + std::to_string(static_cast<long long>(std::min(scale, 1e9))) +
                    ", but only 16-bit codes that count to 65535 are fractions of a range; stretch them to that range, "
