@@ -36,27 +36,6 @@ bool libraries_are_limited() {
     return dlsym(RTLD_DEFAULT, "malloc") == reinterpret_cast<void*>(&malloc);
 }
 
-bool libraries_are_limited() {
-    return true;
-}
-
-const fathom::fuzz::Target& target() {
-    static const fathom::fuzz::Target& wanted = []() -> const fathom::fuzz::Target& {
-        const char* name = std::getenv("FATHOM_FUZZ_TARGET");
-        const auto* found = fathom::fuzz::find_target(name ? name : "");
-        if (!found) {
-            std::fprintf(stderr, "FATHOM_FUZZ_TARGET: %s is no target\n", name ? name : "(nothing)");
-            std::exit(2);
-        }
-        if (!libraries_are_limited()) {
-            std::fprintf(stderr, "the limit of allocations does not reach the libraries\n");
-            std::exit(2);
-        }
-        return *found;
-    }();
-    return wanted;
-}
-
 } // namespace
 
 // Libraries call them, too, although the build hides what it does not ask to be seen.
@@ -87,10 +66,36 @@ extern "C" int posix_memalign(void** where, std::size_t alignment, std::size_t s
     return *where ? 0 : ENOMEM;
 }
 #pragma GCC visibility pop
-
 #else
+namespace {
 
+bool libraries_are_limited() {
+    return true;
+}
+
+} // namespace
 #endif
+
+namespace {
+
+const fathom::fuzz::Target& target() {
+    static const fathom::fuzz::Target& wanted = []() -> const fathom::fuzz::Target& {
+        const char* name = std::getenv("FATHOM_FUZZ_TARGET");
+        const auto* found = fathom::fuzz::find_target(name ? name : "");
+        if (!found) {
+            std::fprintf(stderr, "FATHOM_FUZZ_TARGET: %s is no target\n", name ? name : "(nothing)");
+            std::exit(2);
+        }
+        if (!libraries_are_limited()) {
+            std::fprintf(stderr, "the limit of allocations does not reach the libraries\n");
+            std::exit(2);
+        }
+        return *found;
+    }();
+    return wanted;
+}
+
+} // namespace
 
 std::size_t LLVMFuzzerCustomMutator(std::uint8_t* data, std::size_t size, std::size_t most, unsigned seed) {
     size = LLVMFuzzerMutate(data, std::min(size, target().largest), std::min(most, target().largest));
