@@ -1,4 +1,5 @@
 // Doubts about what wrote an image: bits that another source turns or packs, and pictures of all directions.
+#include "camera/form.hpp"
 #include "doubts/look.hpp"
 
 #include "doubts/stored_values.hpp"
