@@ -445,52 +445,6 @@ TEST_CASE("doubts: the bits of half floats are told under any scale, and codes l
             }
 }
 
-TEST_CASE("doubts: rotated bits are told by their smoothness, whatever part lies behind 8.19 m", "[doubts]") {
-    Camera camera = camera_of(Encoding::view_z, room_width, room_height);
-    camera.in_metres = true;
-    camera.scale = 0.001;
-    camera.missing = 0;
-    const std::string told = "uint16-rotated";
-    const auto said = [&](const auto& code) {
-        return depth_doubts(camera, host(room_image(code), Storage::uint16, room_width));
-    };
-    const auto millimetres = [](double most) {
-        return [most](double z, int x, int y) {
-            return x > 200 && y < 30 ? std::uint16_t{0}
-                                     : static_cast<std::uint16_t>(std::round(1000 * std::min(z, most)));
-        };
-    };
-    const auto rotated = [](const auto& code) {
-        return [=](double z, int x, int y) { return std::rotl(code(z, x, y), 3); };
-    };
-    const auto rotated_back = [](const auto& code) {
-        return [=](double z, int x, int y) { return std::rotr(code(z, x, y), 3); };
-    };
-    for (const double most : {7.9, 9.0, 10.0, 15.0}) {
-        INFO("to " << most << " m");
-        CHECK(says(said(rotated(millimetres(most))), told));
-        CHECK(!says(said(millimetres(most)), told));
-        CHECK(says(said(rotated_back(millimetres(most))), told)); // as --preset sunrgbd reads ordinary millimetres
-    }
-    const auto eights = [](double z, int, int) { return static_cast<std::uint16_t>(300 * z) / 8 * 8; };
-    std::mt19937 random(3);
-    CHECK(!says(said(eights), told));
-    CHECK(!says(said([&](double z, int x, int y) { return eights(z, x, y) + (random() % 300 == 0); }), told));
-    CHECK(!says(said([&](double z, int x, int y) { return eights(z, x, y) + 3 * (random() % 300 == 0); }), told));
-    const auto player = [](double z, int x, int y) { // Kinect's: millimetres above three bits of who it is
-        return static_cast<int>(300 * z) * 8 | (x > 100 && x < 160 && y > 60 && y < 200);
-    };
-    CHECK(!says(said(player), told));
-    camera.scale = 0.000125;
-    CHECK(!says(said(player), told));
-    CHECK(says(said(rotated(millimetres(10))), told));
-    camera.scale = 0.001; // half floats of millimetres, in steps of 8 and 16
-    CHECK(!says(said([](double z, int, int) {
-                    return static_cast<float>(static_cast<Eigen::half>(static_cast<float>(1000 * z + 8000)));
-                }),
-                told));
-}
-
 TEST_CASE("doubts: three bytes in the other order are told, and in the right one not", "[doubts]") {
     Camera camera = camera_of(Encoding::view_z, room_width, room_height);
     const auto bytes_of = [](double unit, bool red_is_high) { // in R, G, B order

@@ -4,7 +4,6 @@
 #include "doubts/stored_values.hpp"
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 #include <cstdint>
 #include <cstdlib>
@@ -114,7 +113,6 @@ void ValueChanges::add_codes(const HostDepth& row) {
     codes.reserve(static_cast<std::size_t>(row.width));
     visit_values(row, [&](float, std::uint32_t bits) { codes.push_back(bits); });
     bends.add(codes, 10);
-    std::uint32_t last = 0;
     for (const std::uint32_t code : codes) {
         const bool is_end = code == 0 || code == 0x8000 || code == 0xfc00 || (code >= 0x7c00 && code <= 0x7e00);
         const bool is_half = !is_end && code >= 0x2800 && code < 0x7c00; // from 1/32 on
@@ -123,32 +121,6 @@ void ValueChanges::add_codes(const HostDepth& row) {
         no_half_codes += !is_end && !is_half;
         if (is_half)
             highest_half = std::max(highest_half, code);
-        if ((code & 7) == 1) {
-            least_end = std::min(least_end, code);
-            greatest_end = std::max(greatest_end, code);
-        }
-        far += code > 16384;
-        far_in_eights += code > 16384 && code % 16 == 8;
-        if (code != 0 && last != 0 && code != last) {
-            const auto between = [&](const auto& of) {
-                return std::abs(static_cast<int>(of(code)) - static_cast<int>(of(last)));
-            };
-            const auto as_it_is = [](std::uint32_t v) { return v; };
-            const auto right = [](std::uint32_t v) {
-                return std::uint32_t{std::rotr(static_cast<std::uint16_t>(v), 3)};
-            };
-            const auto left = [](std::uint32_t v) {
-                return std::uint32_t{std::rotl(static_cast<std::uint16_t>(v), 3)};
-            };
-            constexpr int little = 256, much = 4096;
-            const int stored = between(as_it_is), turned = between(right);
-            const bool ends_differ = (code & 7) != (last & 7);
-            alike_as_stored += ends_differ && stored < 128 && turned > much;
-            alike_right += ends_differ && stored > 8 * much && turned < little;
-            alike_left += stored > much && between(left) < little;
-            ++changing;
-        }
-        last = code;
     }
 }
 

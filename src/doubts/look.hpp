@@ -51,11 +51,6 @@ struct ValueChanges {
     std::bitset<256> stepping;             ///< highest bytes of steps
     std::array<std::size_t, 8> low_bits{}; ///< codes other than 0 by their three lowest bits
 
-    /// Pairs of 16 bits that are alike as they are but not rotated right by three, the other way round, and rotated left instead. The
-    /// first two have other lowest bits.
-    std::size_t alike_as_stored = 0, alike_right = 0, alike_left = 0, changing = 0;
-    std::uint32_t least_end = 0xffff, greatest_end = 0; ///< codes that end in 1
-    std::size_t far = 0, far_in_eights = 0; ///< codes above 16384; those that are multiples of 8, and not of 16
     std::size_t half_codes = 0, half_ends = 0,
                 no_half_codes = 0;  ///< as bits of half floats: of lengths, of infinity, of neither
     std::uint32_t highest_half = 0; ///< of those of lengths

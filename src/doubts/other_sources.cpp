@@ -19,36 +19,18 @@ namespace {
 
 using Doubt = std::optional<std::string>;
 
-// Codes of 16 bits whose bits were rotated, or that were rotated back though they were not.
-Doubt rotated_bits_doubt(const Subject& subject) {
-    const ValueChanges& found = subject.changes;
-    constexpr std::size_t few = 16;
-    if (found.alike_left >= 64 && 2 * found.alike_left > found.changing)
-        return "its codes are smooth before their bits are rotated and torn afterwards, so that they are not those of "
-               "SUN "
-               "RGB-D; leave \"packing\": \"uint16-rotated\" or --preset sunrgbd out";
+// Codes of 16 bits that hold something else than a distance in their three lowest bits.
+Doubt low_bits_doubt(const Subject& subject) {
+    const std::array<std::size_t, 8>& ends = subject.changes.low_bits;
     std::size_t all = 0;
-    for (const std::size_t count : found.low_bits)
+    for (const std::size_t count : ends)
         all += count;
-    const std::size_t others = all - found.low_bits[0];
-    const Camera& camera = subject.camera;
-    // No sensor of millimetres has them in steps of 8 at any distance, and half floats have steps of 16 there.
-    if (others == 0 && camera.in_metres && camera.scale == 0.001 && subject.look.nearest > 4 &&
-        subject.look.farthest > 20 && 4 * found.far_in_eights > found.far && found.far > 64)
-        return text("its codes are all multiples of 8, and count as ", number(subject.look.nearest, 4), " to ",
-                    number(subject.look.farthest, 4),
-                    " metres; if they are from SUN RGB-D, whose bits are rotated left by "
-                    "three, say \"packing\": \"uint16-rotated\", or --preset sunrgbd");
-    // Noise has all ends alike, and depth that is rounded to a multiple of 8 has one. What lies behind 8.2 m ends in 1.
-    if (others < few || 20 * (found.low_bits[0] + found.low_bits[1]) < 19 * all)
-        return std::nullopt;
-    const bool is_smooth = found.alike_right >= few && found.alike_right > 4 * found.alike_as_stored;
-    // Where no surface reaches from one side of that to the other. A scale of an eighth says what the three bits are.
-    const bool has_other_ends = found.low_bits[2] > 0 && found.low_bits[3] > 0 && found.low_bits[4] > 0;
-    const bool is_likely = 20 * found.alike_as_stored <= others && 5 * found.low_bits[0] >= 4 * all &&
-                           5 * found.low_bits[1] >= 2 * others && found.greatest_end > found.least_end + 800 &&
-                           (camera.scale != 0.000125 || has_other_ends);
-    if (!is_smooth && !is_likely)
+    const std::size_t others = all - ends[0];
+    constexpr std::size_t few = 16;
+    // Noise has all ends alike, and depth that is rounded to a multiple of 8 has one. Few surfaces are farther than 8 m, and most of
+    // them nearer than 16 m.
+    const bool is_rotated = others >= few && 5 * ends[0] >= 4 * all && 5 * ends[1] >= 2 * others;
+    if (!is_rotated)
         return std::nullopt;
     return "its codes are multiples of 8 but for some, most of which end alike, as in SUN RGB-D, whose bits are "
            "rotated left "
@@ -193,7 +175,7 @@ std::vector<std::string> other_source_doubts(const Subject& subject) {
             said.push_back(*doubt);
     };
     if (distances && subject.storage == Storage::uint16)
-        add(rotated_bits_doubt(subject));
+        add(low_bits_doubt(subject));
     if (distances && subject.storage == Storage::uint8)
         add(eight_bits_doubt(subject));
     add(byte_order_doubt(subject));
