@@ -380,3 +380,138 @@ TEST_CASE("doubts: numbers that are no depth are told with their key, unless the
     camera.far_plane = 1;
     CHECK(told(with(0, white_near), Storage::uint16) == "");
 }
+
+namespace {
+
+// A floor before a slanted wall, and half of a sphere: metres from 2 to 20.
+double room(int x, int y) {
+    const double floor = y > 120 ? 240.0 / (y - 120) : 1e9, wall = x < 60 ? 3 + 0.1 * x : 14 + 0.018 * x;
+    const double r = std::hypot(x - 220.0, y - 90.0);
+    return std::min({floor, wall, r < 60 ? 7 - std::sqrt(3600 - r * r) / 15 : 1e9, 20.0});
+}
+
+constexpr int room_width = 320, room_height = 240;
+
+template <typename Element = std::uint16_t, typename Stored>
+std::vector<Element> room_image(const Stored& stored) {
+    std::vector<Element> values;
+    for (int y = 0; y < room_height; ++y)
+        for (int x = 0; x < room_width; ++x)
+            values.push_back(static_cast<Element>(stored(room(x, y), x, y)));
+    return values;
+}
+
+bool says(const std::vector<std::string>& said, const std::string& words) {
+    return std::ranges::any_of(said, [&](const std::string& each) { return each.find(words) != std::string::npos; });
+}
+
+} // namespace
+
+TEST_CASE("doubts: the bits of half floats are told under any scale, and codes like them are not", "[doubts]") {
+    Camera camera = camera_of(Encoding::view_z, room_width, room_height);
+    camera.near_plane = 0.1;
+    camera.far_plane = 100;
+    const auto half = [](double value) {
+        return Eigen::numext::bit_cast<std::uint16_t>(static_cast<Eigen::half>(static_cast<float>(value)));
+    };
+    std::mt19937 random(5);
+    std::normal_distribution<double> noise;
+    for (const double unit : {1.0, 100.0, 1000.0, 0.045})
+        for (const double sky : {20 * unit, 0.0, HUGE_VAL}) {
+            const auto bits = room_image([&](double z, int, int y) { return half(y < 40 ? sky : unit * z); });
+            for (const double scale : {1.0, 0.001, 0.0002, 1.0 / 256}) {
+                INFO(unit << ", sky of " << sky << ", scale " << scale);
+                camera.scale = scale;
+                const auto said = depth_doubts(camera, host(bits, Storage::uint16, room_width));
+                REQUIRE(said.size() == 1);
+                CHECK(says(said, "the bits of half floats"));
+            }
+        }
+    for (const auto& [low, high] :
+         {std::pair{12288.0, 31743.0}, {10300.0, 31000.0}, {12288.0, 16500.0}, {20000.0, 31744.0}})
+        for (const double part : {0.0, 0.001, 0.01})
+            for (const bool has_holes : {false, true}) {
+                const auto codes = room_image([&](double z, int, int y) {
+                    return has_holes && y < 40 ? 0.0
+                                               : std::clamp(std::round((low + (z - 2) / 18 * (high - low)) *
+                                                                       (1 + part * noise(random))),
+                                                            low, high);
+                });
+                INFO(low << " to " << high << ", noise of " << part);
+                for (const double scale : {0.001, 0.0002}) {
+                    camera.scale = scale;
+                    CHECK(!says(depth_doubts(camera, host(codes, Storage::uint16, room_width)), "half"));
+                }
+            }
+}
+
+TEST_CASE("doubts: three bytes in the other order are told, and in the right one not", "[doubts]") {
+    Camera camera = camera_of(Encoding::view_z, room_width, room_height);
+    const auto bytes_of = [](double unit, bool red_is_high) { // in R, G, B order
+        std::vector<std::uint8_t> bytes;
+        for (const auto code : room_image<std::uint32_t>([&](double z, int, int) { return z * unit; }))
+            for (int i = 0; i < 3; ++i)
+                bytes.push_back(static_cast<std::uint8_t>(code >> (8 * (red_is_high ? 2 - i : i))));
+        return bytes;
+    };
+    for (const double unit : {256000.0, 800000.0}) // 16 bits in two channels, and 24
+        for (const bool is_high : {false, true})
+            for (const bool as_high : {false, true}) {
+                auto bytes = bytes_of(unit, is_high);
+                if (unit == 256000)
+                    for (std::size_t i = is_high ? 2 : 0; i < bytes.size(); i += 3)
+                        bytes[i] = 0;
+                INFO(unit << ", " << is_high << " as " << as_high);
+                const HostDepth stored{bytes.data(), room_width, room_height, room_width * 3,
+                                       as_high ? Storage::rgb8_red_high : Storage::rgb8_red_low};
+                camera.scale = 1 / unit;
+                CHECK(says(depth_doubts(camera, stored), is_high ? "\"rgb-high-first\"" : "\"rgb-low-first\"") ==
+                      (is_high != as_high));
+            }
+}
+
+TEST_CASE("doubts: pictures of all directions are told in codes and with noise, and pinholes' never", "[doubts]") {
+    constexpr int columns = 320, rows = 160;
+    std::mt19937 random(4);
+    std::normal_distribution<double> noise;
+    const auto distance = [&](const Eigen::Vector3d& ray, const Eigen::Vector3d& at) { // to the walls of a room
+        const Eigen::Array3d half(1.5, 0.75, 2);
+        return ((ray.array().sign() * half - at.array()) / ray.array()).minCoeff();
+    };
+    const std::string told = "continue each other";
+    Camera camera = camera_of(Encoding::ray_distance, columns, rows);
+    const auto check = [&](const auto& ray_of, bool is_round) {
+        for (const Eigen::Vector3d& at : {Eigen::Vector3d(0, 0, 0), {0.3, 0.1, 0.5}})
+            for (const double scale : {0.0, 1.0 / 512, 0.001, 0.0001}) // floats, and codes
+                for (const double part : {0.0, 0.005}) {
+                    std::vector<float> floats;
+                    std::vector<std::uint16_t> codes;
+                    for (int i = 0; i < columns * rows; ++i) {
+                        const double z =
+                            distance(ray_of(i % columns + 0.5, i / columns + 0.5), at) * (1 + part * noise(random));
+                        floats.push_back(static_cast<float>(z));
+                        codes.push_back(static_cast<std::uint16_t>(std::round(scale > 0 ? z / scale : 0)));
+                    }
+                    INFO((is_round ? "round" : "pinhole") << ", " << at.transpose() << ", " << scale << ", " << part);
+                    camera.scale = scale > 0 ? scale : 1;
+                    for (const Encoding encoding : {Encoding::ray_distance, Encoding::view_z}) {
+                        camera.encoding = encoding;
+                        CHECK(says(depth_doubts(camera, scale > 0 ? host(codes, Storage::uint16, columns)
+                                                                  : host(floats, Storage::float32, columns)),
+                                   told) == is_round);
+                    }
+                }
+    };
+    check(
+        [&](double x, double y) {
+            const double across = (x / columns * 2 - 1) * std::numbers::pi, up = (0.5 - y / rows) * std::numbers::pi;
+            return Eigen::Vector3d(std::sin(across) * std::cos(up), std::sin(up), std::cos(across) * std::cos(up));
+        },
+        true);
+    for (const double right : {0.4, 0.8, 1.7})
+        check(
+            [&](double x, double y) {
+                return Eigen::Vector3d(right * (2 * x / columns - 1), right * (y / rows - 0.5), 1).normalized();
+            },
+            false);
+}

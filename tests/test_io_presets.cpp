@@ -305,9 +305,64 @@ TEST_CASE("presets: a picture of depth in colours is no packed depth, and packed
         const cv::Mat of_floats = four([](double z) { return std::bit_cast<std::uint32_t>(static_cast<float>(z)); });
         check_says([&] { read(of_floats, packing); }, {"a.png", "four bytes of floats", ".exr"});
         check_says([&] { read(of_floats, red_is_lowest ? Packing::rgb_red_low : Packing::rgb_red_high); },
-                   {"a.png", "alpha between 0 and 255"});
+                   {"a.png", "four bytes of floats", ".exr"});
         CHECK_NOTHROW(read(four([](double z) { return static_cast<std::uint32_t>(z / 21 * 0x1p32); }), packing));
+        // Fractions whose bits would be those of floats from 2 to 32, which rise alike at all of the powers of two.
+        CHECK_NOTHROW(read(four([](double z) { return static_cast<std::uint32_t>((0.25 + 0.0078 * z / 21) * 0x1p32); }),
+                           packing));
     }
+    const auto hot = [&](bool red_first) { // black, red, yellow and white from left to right
+        cv::Mat made(high_px, wide_px, CV_8UC3);
+        for (int i = 0; i < high_px * wide_px; ++i) {
+            const double part = (i % wide_px + 0.2 * (i / wide_px)) / (1.2 * wide_px);
+            auto& bgr = made.at<cv::Vec3b>(i / wide_px, i % wide_px);
+            bgr[red_first ? 2 : 0] = ramp(0.04 + 2.6 * part);
+            bgr[1] = ramp((part - 0.365) / 0.381);
+            bgr[red_first ? 0 : 2] = ramp((part - 0.746) / 0.254);
+        }
+        return made;
+    };
+    for (const bool red_first : {false, true})
+        for (const Packing packing : {Packing::rgb_red_low, Packing::rgb_red_high})
+            check_says([&] { read(hot(red_first), packing); }, {"a.png", "like the colours of a picture"});
+    cv::Mat turned(words.size(), CV_8UC3);
+    cv::mixChannels(std::vector{words}, std::vector{turned}, {0, 2, 1, 1, 2, 0});
+    CHECK_NOTHROW(read(turned, Packing::rgb_red_high));
+    for (const cv::Mat& each : {words, turned}) {
+        REQUIRE(cv::imwrite((folder / "a.png").string(), each));
+        check_says([&] { read_depth(folder / "a.png"); }, {"16 bits in two of its channels", "16-bit integers"});
+    }
+}
+
+TEST_CASE("presets: the four bytes of a float are refused in any order, whatever its sky and its packing",
+          "[presets]") {
+    constexpr int wide_px = 160, high_px = 120;
+    const TempFolder folder;
+    const auto write = [&](const std::array<int, 4>& places, float unit, float sky) {
+        cv::Mat bgra(high_px, wide_px, CV_8UC4);
+        for (int y = 0; y < high_px; ++y)
+            for (int x = 0; x < wide_px; ++x) {
+                const double z = std::min(y > 60 ? 120.0 / (y - 60) : 1e9, 12 + 0.03 * x);
+                const auto bits = std::bit_cast<std::uint32_t>(y < 30 ? sky : unit * static_cast<float>(z));
+                for (int byte = 0; byte < 4; ++byte)
+                    bgra.at<cv::Vec4b>(y, x)[places[static_cast<std::size_t>(byte)]] =
+                        static_cast<std::uint8_t>(bits >> (8 * byte));
+            }
+        REQUIRE(cv::imwrite((folder / "a.png").string(), bgra));
+    };
+    for (const std::array<int, 4>& places : {std::array{2, 1, 0, 3}, {3, 0, 1, 2}, {0, 1, 2, 3}, {3, 2, 1, 0}})
+        for (const float unit : {1.0f, 1000.0f, 0.05f, -1.0f})
+            for (const float sky : {12.0f * unit, 0.0f, 1e10f, INFINITY, NAN}) {
+                INFO(places[0] << places[1] << places[2] << places[3] << ", " << unit << ", " << sky);
+                write(places, unit, sky);
+                for (const std::optional<Packing> packing : {std::optional<Packing>{},
+                                                             {Packing::rgb_red_low},
+                                                             {Packing::rgb_red_high},
+                                                             {Packing::rgba_red_low},
+                                                             {Packing::rgba_red_high}})
+                    check_says([&] { read_depth(folder / "a.png", {.packing = packing}); },
+                               {"a.png", "four bytes of floats", ".exr"});
+            }
 }
 
 TEST_CASE("presets: as text", "[presets]") {

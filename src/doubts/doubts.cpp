@@ -242,14 +242,15 @@ Doubt unit_doubt(const Subject& subject, bool distances) {
     const bool floats = is_float(subject.storage);
     if (look.surfaces() == 0)
         return std::nullopt;
-    const bool is_half = subject.storage == Storage::uint16 && look.nearest >= 0x3000 && look.farthest < 0x7c00;
     if (distances && !floats && camera.scale == 1 && look.nearest >= many_units)
         return text("its integers count as scene units, so that depths run from ", number(look.nearest, 4), " to ",
-                    number(look.farthest, 4), "; if they are millimetres and a unit is a metre, say \"scale\": 0.001",
-                    is_half ? "; if they are the bits of half floats, save them as floats" : "");
+                    number(look.farthest, 4), "; if they are millimetres and a unit is a metre, say \"scale\": 0.001");
     if (distances && camera.in_metres && floats && camera.scale == 1 && look.nearest >= far_for_metres)
         return text("depths run from ", number(look.nearest, 4), " to ", number(look.farthest, 4),
                     " metres; if the values are millimetres, say \"scale\": 0.001, and 0.01 if they are centimetres");
+    if (distances && camera.in_metres && !floats && camera.scale == 0.001 && look.nearest >= far_for_metres)
+        return text("its integers count as millimetres, so that depths run from ", number(look.nearest, 4), " to ",
+                    number(look.farthest, 4), " metres; say how long their unit is (\"scale\")");
     if (distances && camera.in_metres && subject.storage == Storage::uint16 && camera.scale == 0.001 &&
         look.farthest < few_units)
         return text("its integers count as millimetres and end at ", number(look.farthest, 4),
@@ -321,6 +322,8 @@ std::vector<std::string> doubts(const Subject& subject) {
     const Look& look = subject.look;
     if (look.invalid == look.pixels)
         return {"no pixel has a depth: " + reason(subject, statistics_of(subject))};
+    if (const Doubt halves = half_bits_doubt(subject)) // whatever else is seen follows from it
+        return {*halves};
     const Camera& camera = subject.camera;
     const bool distances = camera.encoding == Encoding::view_z || camera.encoding == Encoding::ray_distance,
                float_distances = distances && is_float(subject.storage);

@@ -70,6 +70,8 @@ void ValueChanges::add(const HostDepth& row) {
         before = middle;
         middle = value;
     });
+    if (row.storage == Storage::uint16)
+        add_codes(row);
     if (pixel_bytes(row.storage) != 3)
         return;
     const bool first_is_high = row.storage == Storage::bgr8_red_low || row.storage == Storage::rgb8_red_high;
@@ -84,12 +86,60 @@ void ValueChanges::add(const HostDepth& row) {
             carried += is_step && std::abs(256 * step + below) < 96;
             if (is_step)
                 stepping.set(bytes[high]);
+            for (const int end : {high, 2 - high}) {
+                const int up = bytes[end] - last[end];
+                const bool is_carry = std::abs(up) == 1 && up * below <= -128;
+                carries[end == high ? 0 : 1] += is_carry;
+                if (is_carry && end != high)
+                    carried_into_lowest.set(bytes[end]);
+            }
+            for (const std::size_t upper : {0, 1}) {
+                const int at = upper == 0 ? high : 1, under = upper == 0 ? 1 : 2 - high, change = bytes[at] - last[at];
+                const bool is_small = change != 0 && std::abs(change) <= smooth;
+                small_steps[upper] += is_small;
+                if (is_small && bytes[under] == last[under]) {
+                    ++frozen[upper];
+                    frozen_values[upper].set(bytes[at]);
+                }
+                values_below[upper].set(bytes[under]);
+            }
         }
         last = bytes;
     });
 }
 
+void ValueChanges::add_codes(const HostDepth& row) {
+    std::vector<std::uint32_t> codes;
+    codes.reserve(static_cast<std::size_t>(row.width));
+    visit_values(row, [&](float, std::uint32_t bits) { codes.push_back(bits); });
+    bends.add(codes, 10);
+    for (const std::uint32_t code : codes) {
+        const bool is_end = code == 0 || code == 0x8000 || code == 0xfc00 || (code >= 0x7c00 && code <= 0x7e00);
+        const bool is_half = !is_end && code >= 0x2800 && code < 0x7c00; // from 1/32 on
+        half_ends += code == 0x7c00;
+        half_codes += is_half;
+        no_half_codes += !is_end && !is_half;
+        if (is_half)
+            highest_half = std::max(highest_half, code);
+    }
+}
+
+bool ValueChanges::may_be_halves() const {
+    return half_codes > 64 && 100 * no_half_codes <= half_codes;
+}
+
+bool ValueChanges::are_turned_round() const {
+    return carries[1] >= 32 && 8 * carries[0] <= carries[1] && carried_into_lowest.count() >= 4;
+}
+
 bool ValueChanges::are_of_a_picture() const {
+    if (are_turned_round())
+        return false;
+    // Where a byte of a number steps, the byte below runs through all of its values; one colour rises after another.
+    for (const std::size_t upper : {0, 1})
+        if (small_steps[upper] > 64 && 5 * frozen[upper] >= 3 * small_steps[upper] &&
+            frozen_values[upper].count() >= 16 && values_below[upper].count() >= 16)
+            return true;
     return steps > 64 && stepping.count() >= 16 && 5 * alike >= 3 * steps && 33 * carried < steps;
 }
 

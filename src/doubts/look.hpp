@@ -1,5 +1,7 @@
 #pragma once
 
+#include "doubts/float_bits.hpp"
+
 #include <fathom/findings.hpp>
 #include <fathom/photograph.hpp>
 
@@ -49,10 +51,31 @@ struct ValueChanges {
     std::bitset<256> stepping;             ///< highest bytes of steps
     std::array<std::size_t, 8> low_bits{}; ///< codes other than 0 by their three lowest bits
 
+    std::size_t half_codes = 0, half_ends = 0,
+                no_half_codes = 0;  ///< as bits of half floats: of lengths, of infinity, of neither
+    std::uint32_t highest_half = 0; ///< of those of lengths
+    Bends bends = {};               ///< of 16 bits
+    std::array<std::size_t, 2>
+        carries{}; ///< by 1 into the highest byte of three, and into the lowest as if it were the highest
+    std::bitset<256> carried_into_lowest; ///< its values
+    std::array<std::size_t, 2> small_steps{},
+        frozen{}; ///< of the two upper bytes; those where the byte below stays as it is
+    std::array<std::bitset<256>, 2> frozen_values = {},
+                                    values_below = {}; ///< of the upper bytes there; of the lower ones
+
     void add(const HostDepth& row);
 
     /// Do packed bytes change like the colours of a picture? Those of a number do not: a byte wraps where the next one steps.
     bool are_of_a_picture() const;
+
+    /// Do three bytes count up as if the lowest were the highest?
+    bool are_turned_round() const;
+
+    /// May 16 bits be those of half floats that are lengths?
+    bool may_be_halves() const;
+
+private:
+    void add_codes(const HostDepth& row);
 };
 
 /// Numbers that programs write where there is no depth, or the near plane's code, in pixels side by side.
@@ -106,6 +129,9 @@ std::optional<std::string> flat_surfaces_doubt(const Subject& subject);
 
 /// The one where many pixels hold a number that is probably no depth.
 std::optional<std::string> special_number_doubt(const Subject& subject);
+
+/// The one where codes are the bits of half floats.
+std::optional<std::string> half_bits_doubt(const Subject& subject);
 
 /// Those where another source than the camera's probably wrote it.
 std::vector<std::string> other_source_doubts(const Subject& subject);

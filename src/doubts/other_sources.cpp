@@ -1,4 +1,5 @@
 // Doubts about what wrote an image: bits that another source turns or packs, and pictures of all directions.
+#include "camera/form.hpp"
 #include "doubts/look.hpp"
 
 #include "doubts/stored_values.hpp"
@@ -8,6 +9,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <numbers>
 #include <optional>
 #include <span>
 #include <vector>
@@ -35,6 +37,17 @@ Doubt low_bits_doubt(const Subject& subject) {
            "by three; if it is from there, say \"packing\": \"uint16-rotated\", or --preset sunrgbd";
 }
 
+// Three bytes in the other order.
+Doubt byte_order_doubt(const Subject& subject) {
+    if (!subject.changes.are_turned_round())
+        return std::nullopt;
+    const bool red_is_high = subject.storage == Storage::bgr8_red_high || subject.storage == Storage::rgb8_red_high;
+    return text("its ", red_is_high ? "blue" : "red",
+                " byte steps where the green one wraps, so that it is the highest; say "
+                "\"packing\": \"rgb-",
+                red_is_high ? "low" : "high", "-first\"");
+}
+
 // 256 steps that are too small for a scene.
 Doubt eight_bits_doubt(const Subject& subject) {
     const double end = 255 * std::abs(subject.camera.scale);
@@ -51,18 +64,28 @@ Doubt panorama_doubt(const Subject& subject) {
     if (width != 2 * height || height < least_height || !subject.camera.projection.is_perspective())
         return std::nullopt;
     std::vector<float> step, seam, half, mirrored; // of the rows, relative to the depth
-    std::array<float, 2> before{};                 // of the first column, 1/z
-    std::size_t bends = 0, bent = 0;
-    subject.each([&](const HostDepth&, const HostFloats& z) {
+    std::vector<float> firsts;                     // values of the first column
+    constexpr int columns = 16;
+    std::array<std::vector<float>, columns> inverse; // 1 over the distance, down some columns
+    const bool distances =
+        subject.camera.encoding == Encoding::view_z || subject.camera.encoding == Encoding::ray_distance;
+    subject.each([&](const HostDepth& values, const HostFloats& z) {
         if (z.width != width)
             return; // a sample
         for (int y = 0; y < z.height; ++y) {
             const std::span<const float> row = row_of(z, y);
-            const float inverse = 1 / row[0], second = before[0] - 2 * before[1] + inverse;
-            const bool follows = before[0] > 0 && before[1] > 0 && inverse > 0;
-            bends += follows;
-            bent += follows && second < -0x1p-16f * inverse;
-            before = {before[1], inverse};
+            for (int i = 0; i < columns; ++i) {
+                const int x = i * width / columns;
+                const float depth = row[static_cast<std::size_t>(x)];
+                float distance = depth;
+                if (distances) // along the rays of whichever picture it is
+                    visit_values(part_of(values, x, y, 1, 1),
+                                 [&](float value, std::uint32_t) { distance = std::abs(value); });
+                inverse[static_cast<std::size_t>(i)].push_back(std::isfinite(depth) ? 1 / distance : NAN);
+            }
+            if (row[0] > 0 && std::isfinite(row[0]))
+                visit_values(part_of(values, 0, y, 1, 1),
+                             [&](float value, std::uint32_t) { firsts.push_back(std::abs(value)); });
             const auto between = [&](int a, int b) {
                 const float one = row[static_cast<std::size_t>(a)], other = row[static_cast<std::size_t>(b)];
                 return std::abs(one - other) / std::max(one, other);
@@ -87,15 +110,61 @@ Doubt panorama_doubt(const Subject& subject) {
     const double little = quantile(step, 0.5), much = std::max(0.1, 4 * little);
     // A floor or a wall has all of a row alike, and a corridor its two halves.
     const bool differs = quantile(half, 0.75) >= much && quantile(mirrored, 0.75) >= much;
-    // A floor that has all of a row alike is straight in 1/z from row to row, but curved where rows are angles.
-    const bool is_curved = 4 * bends >= static_cast<std::size_t>(height) && 10 * bent >= 9 * bends;
-    if (quantile(seam, 0.75) > 1.5 * quantile(step, 0.75) + 0x1p-12 || !(differs || is_curved))
+    // A floor that has all of a row alike is straight in 1/z from row to row, but where rows are angles 1/distance is a sine of them
+    // on any plane, whose second derivative is its own negative.
+    const int span = height / 16; // so long that noise does not count
+    const double angle = std::numbers::pi * span / height;
+    std::vector<float> curvature;
+    for (const std::vector<float>& column : inverse)
+        for (std::size_t i = static_cast<std::size_t>(span); i + static_cast<std::size_t>(span) < column.size(); ++i) {
+            const float up = column[i - static_cast<std::size_t>(span)],
+                        down = column[i + static_cast<std::size_t>(span)],
+                        second = (up - 2 * column[i] + down) / column[i];
+            if (std::isfinite(second))
+                curvature.push_back(second / static_cast<float>(angle * angle));
+        }
+    const bool is_curved =
+        4 * curvature.size() >= static_cast<std::size_t>(columns) * static_cast<std::size_t>(height) &&
+        std::abs(quantile(curvature, 0.5) + 1) < 0.3;
+    const double code = is_float(subject.storage) ? 0 : 1 / quantile(firsts, 0.5); // as a part of the depth
+    if (quantile(seam, 0.75) > 1.5 * quantile(step, 0.75) + 0x1p-12 + code || !(differs || is_curved))
         return std::nullopt;
     return "it is twice as wide as high, and its left and right columns continue each other, as in a picture of all "
            "directions (equirectangular), which no \"perspective\" describes; cut it into views first";
 }
 
 } // namespace
+
+Doubt half_bits_doubt(const Subject& subject) {
+    const ValueChanges& found = subject.changes;
+    if (subject.storage != Storage::uint16 || !found.may_be_halves())
+        return std::nullopt;
+    // Infinity, and nothing just below it.
+    bool are_halves = 1000 * found.half_ends > found.half_codes && found.highest_half < 0x7b00;
+    if (!are_halves) {
+        Bends bends = found.bends;
+        constexpr int most_columns = 64;
+        const int width = subject.camera.width, across = 1 + width / most_columns;
+        std::vector<std::vector<std::uint32_t>> columns(static_cast<std::size_t>((width + across - 1) / across));
+        subject.each([&](const HostDepth& values, const HostFloats&) {
+            if (values.width != width)
+                return; // a sample
+            for (int x = 0; x < width; x += across)
+                visit_values(part_of(values, x, 0, 1, values.height), [&](float, std::uint32_t bits) {
+                    columns[static_cast<std::size_t>(x / across)].push_back(bits);
+                });
+        });
+        for (const std::vector<std::uint32_t>& column : columns)
+            bends.add(column, 10);
+        are_halves = bends.of_floats >= 24 && bends.of_floats > 4 * bends.of_numbers;
+    }
+    if (!are_halves)
+        return std::nullopt;
+    return "its codes are the bits of half floats and no lengths: they change half as fast above each multiple of "
+           "1024, or end "
+           "at infinity, which is 31744; save them as floats (.exr, .npy or .tif), since no \"scale\" makes depth of "
+           "them";
+}
 
 std::vector<std::string> other_source_doubts(const Subject& subject) {
     const Camera& camera = subject.camera;
@@ -109,6 +178,7 @@ std::vector<std::string> other_source_doubts(const Subject& subject) {
         add(low_bits_doubt(subject));
     if (distances && subject.storage == Storage::uint8)
         add(eight_bits_doubt(subject));
+    add(byte_order_doubt(subject));
     add(panorama_doubt(subject));
     return said;
 }

@@ -1,12 +1,13 @@
 // Which file holds depth, and as what. The content decides, not the file's extension.
+#include "float_bytes.hpp"
 #include "formats.hpp"
 #include "rows.hpp"
 
 #include "doubts/look.hpp"
+#include "text.hpp"
 
 #include <algorithm>
 #include <bit>
-#include <limits>
 #include <span>
 #include <utility>
 
@@ -70,8 +71,10 @@ cv::Mat first_three(const cv::Mat& image) {
 }
 
 constexpr const char* four_bytes =
-    "say \"packing\": \"rgba-low-first\" or \"rgba-high-first\" for a fraction in four bytes, and "
-    "save the four bytes of a float as floats";
+    "say \"packing\": \"rgba-low-first\" or \"rgba-high-first\" for a fraction in four bytes";
+constexpr const char* bytes_of_floats =
+    "holds the four bytes of floats in R, G, B and A, and no number that they pack; save them as floats (.exr, .npy or "
+    ".tif)";
 
 /// Packed depth has R, G and B of its own, which change as digits do. A picture of depth has them equal, with more than the two ends
 /// of the range, or they change as its colours do.
@@ -79,8 +82,11 @@ struct Colors {
     bool is_grey = true, has_steps = false;
     std::size_t pixels = 0, in_alpha = 0; // those whose alpha is neither end of its range
     ValueChanges changes = {};
+    io::FloatBytes floats = {};
 
     void add(const cv::Mat& image, const cv::Mat& bgr, Storage storage) {
+        if (image.channels() == 4)
+            floats.add(image);
         pixels += bgr.total();
         for (int y = 0; y < bgr.rows; ++y) {
             for (int x = 0; x < bgr.cols && is_grey; ++x) {
@@ -104,6 +110,8 @@ struct Colors {
         if (is_grey && has_steps && pixels > 64)
             refuse(file, "has R = G = B in every pixel: it is a grey picture of depth and holds no packed 24 bits; "
                          "save raw depth");
+        if (floats.are_floats())
+            refuse(file, bytes_of_floats);
         if (changes.are_of_a_picture())
             refuse(file,
                    "has bytes that change like the colours of a picture, and not like packed depth; depth that is "
@@ -115,51 +123,36 @@ struct Colors {
     }
 };
 
-/// Four bytes as the bits of floats: their range, and that of the fractions that their packing says. The first is wide where the
-/// second is narrow, since the sign and the exponent come first.
-void check_fractions(const std::filesystem::path& file, const cv::Mat& bgra, const cv::Mat& fractions,
-                     bool red_is_lowest) {
-    double least = 0, greatest = 0;
-    cv::minMaxLoc(fractions, &least, &greatest);
-    if (!(least > 0) || greatest > 1.1 * least)
-        return;
-    const auto bits = [&](const cv::Vec4b& pixel) {
-        const auto& [b, g, r, a] = pixel.val;
-        return red_is_lowest
-                   ? std::uint32_t{r} | std::uint32_t{g} << 8 | std::uint32_t{b} << 16 | std::uint32_t{a} << 24
-                   : std::uint32_t{a} | std::uint32_t{b} << 8 | std::uint32_t{g} << 16 | std::uint32_t{r} << 24;
-    };
-    float near = std::numeric_limits<float>::infinity(), far = 0;
-    for (int y = 0; y < bgra.rows; ++y)
-        for (int x = 0; x < bgra.cols; ++x) {
-            const auto value = std::bit_cast<float>(bits(bgra.at<cv::Vec4b>(y, x)));
-            near = std::min(near, value);
-            far = std::max(far, value);
-        }
-    if (near > 1e-3f && far < 1e6f && far >= 2 * near)
-        refuse(file,
-               "holds the four bytes of floats in R, G, B and A, and no fractions; save them as floats (.exr, .npy "
-               "or .tif)");
-}
-
 /// What makes depth of an image whose type holds none.
-const char* cure_for(const cv::Mat& image) {
+std::string cure_for(const cv::Mat& image) {
     if (image.depth() != CV_8U)
         return "save depth as one channel of 16-bit or 24-bit integers or of float";
     if (image.channels() < 3)
         return "save depth as 16-bit integers or as float, or say that it is depth and no picture (\"packing\": "
                "\"uint8\")";
     bool is_picture = true; // whichever of its bytes were the highest
+    const cv::Mat bgr = first_three(image);
+    const char* order = nullptr;
     for (const Storage storage : {Storage::bgr8_red_low, Storage::bgr8_red_high}) {
         Colors colors;
-        colors.add(image, first_three(image), storage);
+        colors.add(image, bgr, storage);
+        if (colors.floats.are_floats())
+            return bytes_of_floats;
         is_picture &= (colors.is_grey && colors.has_steps) || colors.changes.are_of_a_picture();
         if (colors.alpha_counts() && !is_picture)
             return four_bytes;
+        if (colors.changes.are_turned_round())
+            order = storage == Storage::bgr8_red_low ? "high" : "low";
     }
-    return is_picture
-               ? "a picture of depth cannot be decoded: save raw depth"
-               : "if it packs 24 bits into R, G and B, say so in the camera file (\"packing\": \"rgb-low-first\")";
+    if (is_picture)
+        return "a picture of depth cannot be decoded: save raw depth";
+    cv::Mat used;
+    cv::reduce(bgr.reshape(1, static_cast<int>(bgr.total())), used, 0, cv::REDUCE_MAX);
+    if (order && cv::countNonZero(used) == 2)
+        return "it has 16 bits in two of its channels: save depth as one channel of 16-bit integers";
+    return text("if it packs 24 bits into R, G and B, say so in the camera file (\"packing\": \"rgb-",
+                order ? order : "low", "-first\"",
+                order ? ")" : ", or \"rgb-high-first\" where red is the highest byte)");
 }
 
 /// An image, or its rows from one on, as depth, if its type and the packing that the camera file speaks of agree.
@@ -173,9 +166,8 @@ DepthFile interpreted(const std::filesystem::path& file, const cv::Mat& image, s
         if (image.type() != CV_8UC4)
             refuse_packing("four 8-bit channels");
         const bool red_is_lowest = packing == Packing::rgba_red_low;
-        const cv::Mat fractions = of_bgra(image, red_is_lowest);
-        check_fractions(file, image, fractions, red_is_lowest);
-        return {fractions, Storage::float32, {}};
+        colors.floats.add(image);
+        return {of_bgra(image, red_is_lowest), Storage::float32, {}};
     }
     if (packing == Packing::uint16_rotated) {
         if (image.type() != CV_16UC1)
