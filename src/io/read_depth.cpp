@@ -73,8 +73,7 @@ cv::Mat first_three(const cv::Mat& image) {
 constexpr const char* four_bytes =
     "say \"packing\": \"rgba-low-first\" or \"rgba-high-first\" for a fraction in four bytes";
 constexpr const char* bytes_of_floats =
-    "holds the four bytes of floats in R, G, B and A, and no number that they pack; save them as floats (.exr, .npy or "
-    ".tif)";
+    "the four bytes of floats lie in R, G, B and A, and no number that these pack; save floats (.exr, .npy or .tif)";
 
 /// Packed depth has R, G and B of its own, which change as digits do. A picture of depth has them equal, with more than the two ends
 /// of the range, or they change as its colours do.
@@ -111,7 +110,7 @@ struct Colors {
             refuse(file, "has R = G = B in every pixel: it is a grey picture of depth and holds no packed 24 bits; "
                          "save raw depth");
         if (floats.are_floats())
-            refuse(file, bytes_of_floats);
+            refuse(file, std::string("is no depth: ") + bytes_of_floats);
         if (changes.are_of_a_picture())
             refuse(file,
                    "has bytes that change like the colours of a picture, and not like packed depth; depth that is "
