@@ -101,8 +101,8 @@ constexpr Railing railings[] = {
 // What any guess costs that takes bars for solid: no kernel can see behind them.
 constexpr double infinite_by_rays_at_least = 0.25;
 
-// Samples outside the image count alike, whatever they would have met: measured 0.080, in a crease, where the darker mean of both
-// walls counts. A part that ends there has not seen what makes the other wall darker, and the confidence is that of one wall's mean.
+// Samples outside the image count alike, whatever they would have met: measured 0.055 without, and 0.080 with the darker mean of both
+// walls of a crease. A part that ends there has not seen what makes the other wall darker, and confidence is of one wall's mean.
 constexpr double lost_beyond_confidence = 0.09;
 
 } // namespace

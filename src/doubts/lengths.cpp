@@ -2,6 +2,7 @@
 #include "doubts/lengths.hpp"
 
 #include "camera/form.hpp"
+#include "doubts/stored_values.hpp"
 #include "text.hpp"
 
 #include <fathom/dof.hpp>
@@ -9,7 +10,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <iomanip>
 #include <iterator>
 #include <limits>
 
@@ -18,18 +18,14 @@ namespace {
 
 constexpr double sky_depth = std::numeric_limits<double>::infinity();
 
-std::string digits(double value, int count = 7) {
-    return text(std::setprecision(count), value);
-}
-
 // NaN where there is none.
 double width_at(const CircleOfConfusion& circle, double z) {
     return std::abs(static_cast<double>(coc_at(circle, static_cast<long double>(z))));
 }
 
 std::string range_of(const Look& look) {
-    return text("depths run from ", digits(static_cast<double>(look.nearest), 4), " to ",
-                digits(static_cast<double>(look.farthest), 4));
+    return text("depths run from ", number(static_cast<double>(look.nearest), 4), " to ",
+                number(static_cast<double>(look.farthest), 4));
 }
 
 } // namespace
@@ -63,12 +59,12 @@ std::vector<std::string> radius_doubts(const Subject& subject, double radius) {
     const double pixel = (perspective ? static_cast<double>(*middle) - centre : 1) / scale,
                  across = pixel * std::hypot(camera.width, camera.height);
     if (radius < pixel / 2)
-        return {text("the radius of ", digits(radius),
+        return {text("the radius of ", number(radius),
                      " is less than half a pixel for most pixels, so that little is occluded: ", range_of(look),
-                     ", where ", digits(16 * pixel, 2), " would be 16 pixels")};
+                     ", where ", number(16 * pixel, 2), " would be 16 pixels")};
     if (radius > std::hypot(across, static_cast<double>(look.farthest) - static_cast<double>(look.nearest)))
-        return {text("the radius of ", digits(radius), " is larger than all that most pixels see: ", range_of(look),
-                     ", and the view is ", digits(pixel * camera.width, 2),
+        return {text("the radius of ", number(radius), " is larger than all that most pixels see: ", range_of(look),
+                     ", and the view is ", number(pixel * camera.width, 2),
                      " wide in their middle; is it in scene units?")};
     return {};
 }
@@ -83,23 +79,23 @@ std::vector<std::string> lens_doubts(const Subject& subject, const LensArguments
     constexpr double shortest_mm = 0.2; // no lens of a camera and no sensor is so small
     const auto check = [&](const char* option, const std::optional<double>& length) {
         if (length && *length < shortest_mm)
-            said.push_back(text(words.option(option), ": ", digits(*length),
-                                " mm is smaller than any; if these are metres, give ", digits(*length * 1000)));
+            said.push_back(text(words.option(option), ": ", number(*length),
+                                " mm is smaller than any; if these are metres, give ", number(*length * 1000)));
     };
     check("focal_length_mm", lens.focal_length_mm);
     check("sensor_mm", lens.sensor_mm);
     if (!said.empty())
         return said;
     said = circle_doubts(subject, circle, sky, max_coc_px,
-                         text("a scene unit counts as ", digits(lens.mm_per_unit), " mm (", words.option("mm_per_unit"),
-                              "), and the f-number is ", digits(*lens.f_stop)),
+                         text("a scene unit counts as ", number(lens.mm_per_unit), " mm (", words.option("mm_per_unit"),
+                              "), and the f-number is ", number(*lens.f_stop)),
                          words);
     const bool told = lens.focus && !lens.focus_at && !lens.focus_along && std::isfinite(*lens.focus);
     if (said.empty() && told && look.surfaces() > 0 && (circle.k != 0 || circle.g != 0)) {
         const auto nearest = static_cast<double>(look.nearest), farthest = static_cast<double>(look.farthest);
         const bool behind = *lens.focus > 2 * farthest && look.background == 0;
         if (behind || *lens.focus < nearest / 2)
-            said.push_back(text("the focus of ", digits(*lens.focus), " lies ", behind ? "behind" : "before",
+            said.push_back(text("the focus of ", number(*lens.focus), " lies ", behind ? "behind" : "before",
                                 " everything: ", range_of(look), "; ", words.option("focus_at"),
                                 " X,Y focuses on what a pixel shows"));
     }
@@ -121,14 +117,14 @@ std::vector<std::string> circle_doubts(const Subject& subject, const CircleOfCon
                     ended += std::isfinite(depth) && width_at(circle, static_cast<double>(depth)) > max_coc_px;
         });
     if (circles > 0 && widest < 1)
-        return {text("no circle of confusion is a pixel wide: the largest has ", digits(widest, 2),
+        return {text("no circle of confusion is a pixel wide: the largest has ", number(widest, 2),
                      ", so that nothing is blurred; ", cure)};
     // A wrong unit of length leaves what is near the focus: up to half of a real image. The default limit cuts off none of it
     // under a right one. A smaller limit is a choice, and a doubtful one where it decides everything.
     const double many = max_coc_px < DofOptions{}.max_coc_px ? 0.95 : 0.5;
     if (static_cast<double>(ended) > many * static_cast<double>(circles))
         return {text(percent(ended, circles), " of the circles of confusion are cut off at ",
-                     words.option("max_coc_px"), " ", digits(max_coc_px), ": they are up to ", digits(widest, 3),
+                     words.option("max_coc_px"), " ", number(max_coc_px), ": they are up to ", number(widest, 3),
                      " pixels wide; ", cure)};
     return {};
 }
