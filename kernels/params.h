@@ -268,10 +268,11 @@ PARAMS(mixed_params, 24)
 // Tiles across and down of a block.
 CONSTANT(near_block, 16)
 
-// An image of circles in tiles, and tiles in blocks of 16 x 16, each with the least circle in it. A launch looks into whole rows
-// of blocks.
+// An image of circles in tiles, and tiles in blocks of 16 x 16, each with the least circle in it. Both are counted from the first
+// pixel of the camera's image, so that a part of it sums discs in the order of the whole. A launch looks into whole rows of blocks.
 typedef struct {
     u32 width, height;       // pixels
+    u32 left, top;           // pixels from the first block's corner to the image's first pixel
     u32 first_row, last_row; // the rows of pixels that are looked into, from the first to before the last
     u32 tile;                // pixels across
     u32 columns, rows;       // tiles
@@ -283,7 +284,7 @@ typedef struct {
     float inverse_transition;
     float shows;             // a near field whose alpha is less than this shows something behind it
 } near_field_params;
-PARAMS(near_field_params, 56)
+PARAMS(near_field_params, 64)
 
 // Columns and rows of a tile; columns of a plane beyond its tiles on either side; words of bits that a tile has.
 CONSTANT(dof_tile_columns, 64)

@@ -70,9 +70,7 @@ std::vector<Region> parts_of(int width, int height, int across, int down) {
 
 // The part of an image, and a halo as far as there is one.
 Region with_halo(const Region& part, int halo, int width, int height) {
-    // The near alpha is summed up in tiles and blocks from the image's corner on.
-    constexpr int block = 256;
-    const int left = std::max(part.x - halo, 0) / block * block, top = std::max(part.y - halo, 0) / block * block;
+    const int left = std::max(part.x - halo, 0), top = std::max(part.y - halo, 0);
     return {left, top, std::min(part.x + part.width + halo, width) - left,
             std::min(part.y + part.height + halo, height) - top};
 }

@@ -144,8 +144,7 @@ struct Tile {
 };
 
 /// Pixels on either side of a tile that decide on its results. A tile with so many around it, or with all up to the image's
-/// border, has the bits of the whole image. Near alpha alone is summed in an order that depends on where a tile lies: it keeps to
-/// `near_alpha_error`. Never more than the camera's image has.
+/// border, has the bits of the whole image. Never more than the camera's image has.
 struct Reach {
     int columns = 0;
     int rows = 0;

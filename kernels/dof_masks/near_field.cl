@@ -30,7 +30,7 @@ INLINE float least_lane(floatV v) {
 }
 #endif
 
-// The lanes' pixels, and what is known of them so far.
+// The lanes' pixels, counted from the first block's corner as tiles and blocks are, and what is known of them so far.
 typedef struct {
     uint x, y;
     floatV own;     // disocclusion: diameters of the pixels' own discs
@@ -64,27 +64,28 @@ INLINE around image_around(__global const float* image, const place_params* plac
 }
 
 INLINE void look_into_tile(gathered* g, around circle, around weights, uint left, uint top, const near_field_params* p) {
-    const uint right = min(left + p->tile, p->width), bottom = min(top + p->tile, p->height);
+    const uint right = min(left + p->tile, p->left + p->width), bottom = min(top + p->tile, p->top + p->height);
     const floatV twice_x = 2.0f * (vector_from(g->x) - 0.5f);
 #if OUTPUT == 1
     floatV of_tile =
         (floatV)0.0f; // sums of sums: the rounding of a disc's 50000 weights, added one by one, would be seen
 #endif
-    for (uint y = top; y < bottom; ++y) {
+    for (uint y = max(top, p->top); y < bottom; ++y) {
+        const size_t row = y - p->top;
         const floatV down = (floatV)(2.0f * p->vertical * ((float)y - (float)g->y));
 #if OUTPUT == 1
         floatV of_row = (floatV)0.0f;
-        __global const float* given_row = weights.first + (size_t)(y - p->first_row) * weights.stride;
+        __global const float* given_row = weights.first + (row - p->first_row) * weights.stride;
 #endif
-        __global const float* circle_row = circle.first + (size_t)y * circle.stride;
-        for (uint x = left; x < right; ++x) {
-            const float c = circle_row[x];
+        __global const float* circle_row = circle.first + row * circle.stride;
+        for (uint x = max(left, p->left); x < right; ++x) {
+            const float c = circle_row[x - p->left];
             const floatV aside = twice_x - 2.0f * (float)x;
 #if OUTPUT == 0
             if (-c > g->least)
                 g->found = select(g->found, max(g->found, (floatV)-c), reaches((floatV)c, aside, down));
 #elif OUTPUT == 1
-            const float given = given_row[x];
+            const float given = given_row[x - p->left];
             if (given > 0.0f)
                 of_row += select((floatV)0.0f, (floatV)given, reaches((floatV)c, aside, down));
 #else
@@ -139,7 +140,7 @@ KERNEL void near_field(__global const float* circle, const place_params circle_p
     const floatV none = (floatV)0.0f;
     const uint own_lane = first_own_lane(x);
     const around circles = image_around(circle, &circle_place), given = image_around(weights, &weights_place);
-    gathered g = {.x = x, .y = y, .own = none, .own_most = 0.0f, .found = none, .least = 0.0f};
+    gathered g = {.x = p.left + x, .y = p.top + y, .own = none, .own_most = 0.0f, .found = none, .least = 0.0f};
     target += element_at(&target_place, x, y);
 #if OUTPUT != 1
     const floatV c = LOAD(float, circle + element_at(&circle_place, x, y));
@@ -148,7 +149,7 @@ KERNEL void near_field(__global const float* circle, const place_params circle_p
 #if OUTPUT == 0
     g.found = select(none, max(-c, none), known);
     g.least = least_lane(g.found);
-    look_into_tile(&g, circles, given, x / p.tile * p.tile, y / p.tile * p.tile, &p); // the rest is then mostly ruled out
+    look_into_tile(&g, circles, given, g.x / p.tile * p.tile, g.y / p.tile * p.tile, &p); // the rest is then mostly ruled out
 #elif OUTPUT == 1
     if (p.first_row > 0)
         g.found = load_own(target, own_lane);
@@ -158,7 +159,7 @@ KERNEL void near_field(__global const float* circle, const place_params circle_p
     g.own_most = -least_lane(-g.own);
 #endif
     const uint across = near_block * p.tile;
-    for (uint block_row = p.first_row / across; block_row * across < p.last_row; ++block_row) {
+    for (uint block_row = (p.top + p.first_row) / across; block_row * across < p.top + p.last_row; ++block_row) {
         for (uint block = 0; block < p.block_columns; ++block) {
             if (!may_matter(&g, block_least[(size_t)block_row * p.block_stride + block], block * across,
                             block_row * across, across, &p))

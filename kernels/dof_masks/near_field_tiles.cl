@@ -18,11 +18,12 @@ KERNEL void near_field_tiles(__global const float* source, const place_params so
     if (column >= p.columns || row >= p.rows)
         return;
 
-    const uint right = min((column + 1) * p.tile, p.width), bottom = min((row + 1) * p.tile, p.height);
+    const uint left = max(column * p.tile, p.left) - p.left, right = min((column + 1) * p.tile, p.left + p.width),
+               top = max(row * p.tile, p.top) - p.top, bottom = min((row + 1) * p.tile, p.top + p.height);
     float low = INFINITY, high = -INFINITY;
-    for (uint y = row * p.tile; y < bottom; ++y) {
+    for (uint y = top; y + p.top < bottom; ++y) {
         __global const float* values = source + element_at(&source_place, 0, y);
-        for (uint x = column * p.tile; x < right; ++x) {
+        for (uint x = left; x + p.left < right; ++x) {
             low = values[x] < low ? values[x] : low;
             high = values[x] > high ? values[x] : high;
         }

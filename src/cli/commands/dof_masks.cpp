@@ -6,6 +6,7 @@
 #include "cli/options/lens.hpp"
 #include "cli/options/picture.hpp"
 #include "cli/options/relative.hpp"
+#include "operations/bands.hpp"
 #include "shot/each_depth.hpp"
 
 #include <fathom/dof_masks.hpp>
@@ -61,18 +62,18 @@ void merge_into(cv::Mat& all, const std::vector<Image>& images) {
 // The mask that was asked for, or all of them as channels. It is made some rows at a time: the masks of a whole image beside
 // these channels would take the memory twice.
 cv::Mat masks_of(const DofMasksArguments& options, const StoredDepth& stored, const CircleOfConfusion& circle) {
-    constexpr int pixels = 1 << 20; // of a part
-    const int width = stored.image.width(), height = stored.image.height(), most = std::max(pixels / width, 1);
+    constexpr std::size_t most_pixels = 1 << 20; // of a band
+    const int width = stored.image.width(), height = stored.image.height();
+    const auto pixels_of = [=](int, int made) { return static_cast<std::size_t>(width) * static_cast<std::size_t>(made); };
     DofMasksOptions asked = options.masks;
     asked.near_weight = !options.mask || options.mask == Mask::near;
     asked.focus_weight = !options.mask || options.mask == Mask::focus;
     asked.far_weight = !options.mask || options.mask == Mask::far;
     cv::Mat all(height, width, CV_32FC(options.mask ? 1 : static_cast<int>(channels.size())));
-    for (int y = 0; y < height; y += most) {
-        const int rows = std::min(most, height - y);
-        const DofMasks masks = dof_masks(stored.region(0, y, width, rows), circle, asked);
+    for (const auto& [begin, end, first, last] : bands({0, height, height, {0}, pixels_of}, most_pixels)) {
+        const DofMasks masks = dof_masks(stored.region(0, begin, width, end - begin), circle, asked);
         const std::vector<Image> each{masks.coc, masks.near_weight, masks.focus_weight, masks.far_weight};
-        cv::Mat part = all.rowRange(y, y + rows);
+        cv::Mat part = all.rowRange(begin, end);
         merge_into(part, options.mask ? std::vector{each[static_cast<std::size_t>(*options.mask)]} : each);
     }
     return all;
@@ -128,10 +129,9 @@ std::function<int()> configure_dof_masks(CLI::App& app) {
         }
         description::DofMasksCall asked{.options = options->masks};
         more.outputs = outputs_of(described_masks, &asked, options->more);
-        // Near alpha is summed in an order that depends on where a tile lies, and extremes of tiles have rows of their own.
-        if (const DofMasksOptions& o = asked.options;
-            !options->lens.focus_at && !o.near_alpha && !o.disocclusion && !o.tile_min_coc && !o.tile_max_coc) {
-            more.looks_first = o.max_near_coc;
+        // The extremes of tiles have rows of their own.
+        if (const DofMasksOptions& o = asked.options; !options->lens.focus_at && !o.tile_min_coc && !o.tile_max_coc) {
+            more.looks_first = o.max_near_coc || o.near_alpha || o.disocclusion;
             more.reach = [options](const Tile& tile, const Look& look, const Job& job) {
                 description::DofMasksCall call{.options = options->masks};
                 outputs_of(described_masks, &call, options->more);

@@ -167,7 +167,7 @@ std::size_t bytes(const Tile& tile, const DofMasksOptions& options) {
     describe(description::Check{}, options);
     const int width = tile.pixels.width, height = tile.pixels.height;
     return std::max({unasked_weight_bytes(width, height, options),
-                     near_field_bytes(width, height, options, rows_of_blocks(height)),
+                     near_field_bytes(tile.pixels, options, rows_of_blocks(tile.pixels)),
                      options.mixed_pixels ? inverse_depth_bytes(width, height) : 0});
 }
 

@@ -25,6 +25,11 @@ int parts(int whole, int part) {
     return (whole - 1) / part + 1;
 }
 
+// Pixels from the corner of the block that holds an image's first pixel to that pixel.
+int before(int first) {
+    return first % block_px;
+}
+
 bool looks_around(const DofMasksOptions& options) {
     return options.max_near_coc || options.near_alpha || options.disocclusion;
 }
@@ -33,9 +38,13 @@ bool needs_weights(const DofMasksOptions& options) {
     return options.near_alpha || options.disocclusion;
 }
 
-// The least of each square of so many pixels, or tiles, across; and the greatest, if there is an image for it.
-void find_extremes(const Image& from, int across, const Image& least, const Image& greatest = {}) {
+// The least of each square of so many pixels, or tiles, across; and the greatest, if there is an image for it. The first square
+// begins `left` and `top` before the image.
+void find_extremes(const Image& from, int across, const Image& least, const Image& greatest = {}, int left = 0,
+                   int top = 0) {
     params::near_field_params p{};
+    p.left = to_u32(left);
+    p.top = to_u32(top);
     p.width = to_u32(from.width());
     p.height = to_u32(from.height());
     p.tile = to_u32(across);
@@ -79,6 +88,8 @@ params::near_field_params near_field_parameters(const Image& tiles, const Image&
     params::near_field_params p{};
     p.width = to_u32(stored.image.width());
     p.height = to_u32(stored.image.height());
+    p.left = to_u32(before(stored.x));
+    p.top = to_u32(before(stored.y));
     p.first_row = 0;
     p.last_row = p.height;
     p.tile = to_u32(tile_px);
@@ -97,38 +108,41 @@ params::near_field_params near_field_parameters(const Image& tiles, const Image&
 
 } // namespace
 
-int rows_of_blocks(int height) {
-    return parts(height, block_px);
+int rows_of_blocks(const Region& pixels) {
+    return parts(before(pixels.y) + pixels.height, block_px);
 }
 
-std::size_t near_field_bytes(int width, int height, const DofMasksOptions& options, int rows_of_blocks) {
+std::size_t near_field_bytes(const Region& pixels, const DofMasksOptions& options, int rows_of_blocks) {
     const auto bytes = [](int across, int down) { return Image::allocation(Element::f32, {across, down}); };
     if (!looks_around(options))
         return 0;
+    const int width = before(pixels.x) + pixels.width, height = before(pixels.y) + pixels.height;
     return bytes(parts(width, tile_px), parts(height, tile_px)) +
            bytes(parts(width, block_px), parts(height, block_px)) +
-           (needs_weights(options) ? bytes(width, std::min(rows_of_blocks * block_px, height)) : 0);
+           (needs_weights(options) ? bytes(pixels.width, std::min(rows_of_blocks * block_px, pixels.height)) : 0);
 }
 
 std::vector<Band> bands_of_weights(const StoredDepth& stored, const DofMasksOptions& options) {
-    const int width = stored.image.width(), height = stored.image.height(), down = rows_of_blocks(height);
-    return bands({0, down, down, {0}, [&](int, int made) { return near_field_bytes(width, height, options, made); }},
-                 budget_of(stored.image.device()), text("dof_masks of ", ImageSize{width, height}, " pixels"));
+    const Region pixels = Tile(stored).pixels;
+    const int down = rows_of_blocks(pixels);
+    return bands({0, down, down, {0}, [&](int, int made) { return near_field_bytes(pixels, options, made); }},
+                 budget_of(stored.image.device()),
+                 text("dof_masks of ", ImageSize{pixels.width, pixels.height}, " pixels"));
 }
 
 void near_field(const StoredDepth& stored, const DofMasksOptions& options, const DofMasks& masks,
                 const std::vector<Band>& weighed) {
     const Image& circle = masks.coc;
     const Device& device = circle.device();
-    const int width = circle.width(), height = circle.height();
+    const int width = circle.width(), height = circle.height(), left = before(stored.x), top = before(stored.y);
     runtime::Scratch scratch(device);
     find_asked_extremes(circle, options, masks);
     if (!looks_around(options))
         return;
 
-    const Image tiles = scratch.image(Element::f32, {parts(width, tile_px), parts(height, tile_px)}),
-                blocks = scratch.image(Element::f32, {parts(width, block_px), parts(height, block_px)});
-    find_extremes(circle, tile_px, tiles);
+    const Image tiles = scratch.image(Element::f32, {parts(left + width, tile_px), parts(top + height, tile_px)}),
+                blocks = scratch.image(Element::f32, {parts(left + width, block_px), parts(top + height, block_px)});
+    find_extremes(circle, tile_px, tiles, {}, left, top);
     find_extremes(tiles, params::near_block, blocks);
 
     const params::near_field_params all = near_field_parameters(tiles, blocks, stored, options);
@@ -150,7 +164,8 @@ void near_field(const StoredDepth& stored, const DofMasksOptions& options, const
     const Image& alpha = options.near_alpha ? masks.near_alpha : masks.disocclusion;
     runtime::Kernel& weigh = runtime::kernel(device, "near_field_weight", {{"V", vector_width}, {"STREAM", 0}});
     for (const Band& blocks_of : weighed) {
-        const int first = blocks_of.begin * block_px, last = std::min(blocks_of.end * block_px, height);
+        const int first = std::max(blocks_of.begin * block_px - top, 0),
+                  last = std::min(blocks_of.end * block_px - top, height);
         params::near_field_params band = all;
         band.first_row = to_u32(first);
         band.last_row = to_u32(last);

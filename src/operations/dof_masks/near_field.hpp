@@ -8,9 +8,9 @@
 
 namespace fathom {
 
-/// Bytes that the passes below take for an image of that size, with weights of so many rows of blocks.
-std::size_t near_field_bytes(int width, int height, const DofMasksOptions& options, int rows_of_blocks);
-int rows_of_blocks(int height);
+/// Bytes that the passes below take for these pixels of a camera's image, with weights of so many rows of blocks.
+std::size_t near_field_bytes(const Region& pixels, const DofMasksOptions& options, int rows_of_blocks);
+int rows_of_blocks(const Region& pixels);
 
 /// Rows of blocks that the weights of near discs are held of at a time, so that what these passes take for themselves keeps to the
 /// device's budget.
