@@ -7,6 +7,8 @@
 
 #include <fathom/fathom.hpp>
 
+#include <cstdlib>
+
 using namespace fathom;
 using operations::Bytes;
 
@@ -71,8 +73,15 @@ Outcome outcome(const Call& call) {
     return seen;
 }
 
-/// Runs `run` in a fresh context once for each point of failure, and once more when the failure is over.
-void fail_everywhere(const operations::Operation& operation, layer::Failure failure, Faults& faults, int& tried) {
+/// FATHOM_EVERY=N tries every Nth point of failure; operations begin at different ones.
+std::size_t every() {
+    const char* text = std::getenv("FATHOM_EVERY");
+    return text ? std::stoul(text) : 1;
+}
+
+/// Runs `run` in a fresh context once for each point of failure from the first on, and once more when the failure is over.
+void fail_everywhere(const operations::Operation& operation, layer::Failure failure, std::size_t first, Faults& faults,
+                     int& tried) {
     Bytes expected;
     std::vector<std::string> points;
     operation.run(Fresh().device()); // what is kept until the process ends is there now
@@ -83,7 +92,7 @@ void fail_everywhere(const operations::Operation& operation, layer::Failure fail
         points = layer::points();
     }
     const std::string before = layer::held();
-    for (std::size_t point = 0; point < points.size(); ++point) {
+    for (std::size_t point = first; point < points.size(); point += every()) {
         const std::string where = operation.name + ": " + points[point] +
                                   (failure == layer::Failure::once ? " fails" : " and everything after it fails");
         {
@@ -113,12 +122,14 @@ void fail_everywhere(const operations::Operation& operation, layer::Failure fail
 void fail_everywhere(const std::vector<operations::Operation>& list, layer::Failure failure) {
     REQUIRE(context() != nullptr);
     REQUIRE(layer::loaded());
+    std::size_t first = 0;
     for (const operations::Operation& operation : list) {
+        first = (first + 1) % every();
         DYNAMIC_SECTION(operation.name << (failure == layer::Failure::once ? "" : ", for good")) {
             const auto start = std::chrono::steady_clock::now();
             Faults faults;
             int tried = 0;
-            fail_everywhere(operation, failure, faults, tried);
+            fail_everywhere(operation, failure, first, faults, tried);
             CHECK(tried > 0);
             std::printf("  %-40s %4d points, %5.1f s\n", operation.name.c_str(), tried,
                         std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
