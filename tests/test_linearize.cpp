@@ -309,7 +309,7 @@ TEST_CASE("linearize: every storage is decoded as its codes say", "[linearize][e
                 subject.camera.width = subject.camera.height = 16384;
                 const oracle::Truth truth(subject, storage);
                 const Form form = depth_form(subject.camera, storage).form;
-                const int width = 83, height = 29, x = 16384 - width, y = 77;
+                const int width = 53, height = 29, x = 16384 - width, y = 77;
                 const StoredCodes codes = random_codes(storage, width * height, subject.camera.scale, random);
                 std::vector<float> depth(codes.values.size());
                 const Image image = Image::from_host(oracle::device(arithmetic), element_of(storage),

@@ -1,5 +1,5 @@
 // Which file holds depth, and as what. The content decides, not the file's extension.
-#include "float_bytes.hpp"
+#include "formats/float_bytes.hpp"
 #include "formats.hpp"
 #include "rows.hpp"
 
