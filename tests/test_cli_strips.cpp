@@ -243,7 +243,7 @@ TEST_CASE("strips: operations that look around, and several results", "[cli][slo
     check("ssao", tiff, {"--radius", "1e-6", "--half-resolution"}); // which is doubtful
     const Arguments circle{"--circle", "40,300"};
     check("dof-masks", exr, circle);
-    check("dof-masks", exr, {"--circle", "400,2080"}, 
+    check("dof-masks", exr, {"--circle", "400,2080"},
           {"-o", "--max-near-coc", "--near-alpha", "--disocclusion", "--mixed-pixels"});
     check("dof-masks", tiff, joined(circle, {"--mask", "near", "--max-coc-px", "5"})); // which cuts most of them off
     for (const char* quality : {"fast", "balanced", "accurate"})

@@ -196,10 +196,10 @@ Call described_call(const description::Operation& operation, std::size_t round) 
     };
     REQUIRE(operation.reach); // whatever the depth shows
     return Call{text(operation.name, ", round ", round),
-              [&operation, options](const Tile& tile) { return operation.reach(options.get(), tile); },
-              [=](const Inputs& in) { return run(in, nullptr); },
-              [=](const Inputs& in, const std::vector<Image>& given) { run(in, &given); },
-              std::ranges::any_of(operation.options, is_color)};
+                [&operation, options](const Tile& tile) { return operation.reach(options.get(), tile); },
+                [=](const Inputs& in) { return run(in, nullptr); },
+                [=](const Inputs& in, const std::vector<Image>& given) { run(in, &given); },
+                std::ranges::any_of(operation.options, is_color)};
 }
 
 /// A call from its two forms: `run(inputs)`, which makes the results, and `run(inputs, results)`.

@@ -108,10 +108,12 @@ TEST_CASE("tiles: reach and bytes are enough", "[tiles]") {
              const DofMasks all = dof_masks(depth, lens, masks);
              return std::vector{all.coc, all.near_weight, all.max_near_coc, all.mixed_pixels};
          }});
-    subjects.push_back(
-        {"dof_masks with near alpha", reach(tile, alpha, widest), bytes(tile, alpha),
-         [=](const StoredDepth& depth, const Image&) { return std::vector{dof_masks(depth, lens, alpha).near_alpha}; },
-        });
+    subjects.push_back({
+        "dof_masks with near alpha",
+        reach(tile, alpha, widest),
+        bytes(tile, alpha),
+        [=](const StoredDepth& depth, const Image&) { return std::vector{dof_masks(depth, lens, alpha).near_alpha}; },
+    });
     for (const Quality quality : {Quality::fast, Quality::balanced, Quality::accurate}) {
         const DofOptions options{.quality = quality};
         subjects.push_back({"dof", reach(tile, options, widest), bytes(tile, 3, options, widest),

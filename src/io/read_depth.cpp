@@ -1,6 +1,6 @@
 // Which file holds depth, and as what. The content decides, not the file's extension.
-#include "formats/float_bytes.hpp"
 #include "formats.hpp"
+#include "formats/float_bytes.hpp"
 #include "rows.hpp"
 
 #include "doubts/look.hpp"

@@ -64,7 +64,9 @@ void merge_into(cv::Mat& all, const std::vector<Image>& images) {
 cv::Mat masks_of(const DofMasksArguments& options, const StoredDepth& stored, const CircleOfConfusion& circle) {
     constexpr std::size_t most_pixels = 1 << 20; // of a band
     const int width = stored.image.width(), height = stored.image.height();
-    const auto pixels_of = [=](int, int made) { return static_cast<std::size_t>(width) * static_cast<std::size_t>(made); };
+    const auto pixels_of = [=](int, int made) {
+        return static_cast<std::size_t>(width) * static_cast<std::size_t>(made);
+    };
     DofMasksOptions asked = options.masks;
     asked.near_weight = !options.mask || options.mask == Mask::near;
     asked.focus_weight = !options.mask || options.mask == Mask::focus;
