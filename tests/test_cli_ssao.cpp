@@ -36,6 +36,18 @@ cv::Mat thickness_map() {
     return thickness;
 }
 
+/// Where solids end, in the codes of this depth: behind it by more from column to column, and in front of it in every fifth.
+cv::Mat backs_of(const cv::Mat& depth) {
+    cv::Mat backs;
+    depth.convertTo(backs, CV_32F, 1 / 65535.0);
+    for (int y = 0; y < height; ++y)
+        for (int x = 0; x < width; ++x) {
+            float& end = backs.at<float>(y, x);
+            end = x % 5 == 4 ? 0.5f * end : end + (1 - end) * static_cast<float>(x) / width;
+        }
+    return backs;
+}
+
 } // namespace
 
 TEST_CASE("ssao program: writes what the library computes, in every format") {
@@ -65,11 +77,20 @@ TEST_CASE("ssao program: every option reaches the library") {
     const std::string output = room.folder / "out/ao.exr";
     const std::string map = depth_file(room.folder, "thickness.pfm", thickness_map());
     const cv::Mat thickness = thickness_map();
+    const Device& device = room.stored.image.device();
+    const cv::Mat backs = backs_of(room.depth);
+    std::vector<cv::Mat> layers{cv::Mat(backs.size(), CV_32F, cv::Scalar(0.5)), backs};
+    cv::Mat both;
+    cv::merge(layers, both);
+    const std::string back = depth_file(room.folder, "back.pfm", backs), of_layers = room.folder / "layers.exr";
+    write_image(of_layers, both, {.channels = {"Z", "solid.ZBack"}});
+    const auto with_backs = [&](SsaoCall& o) {
+        o.thickness = StoredDepth{to_device(device, backs), room.stored.camera, Storage::float32};
+    };
     const std::string view_file = room.folder / "normals.exr", world_file = room.folder / "normals.tif";
     check_done({"normals", room.input, "--camera", room.camera, "-o", view_file});
     check_done({"normals", room.input, "--camera", room.camera, "-o", world_file, "--space", "world"});
     const cv::Mat view_normals = read_normals(view_file), world_normals = read_normals(world_file);
-    const Device& device = room.stored.image.device();
     struct Case {
         Arguments arguments;
         std::function<void(SsaoCall&)> change;
@@ -94,6 +115,8 @@ TEST_CASE("ssao program: every option reaches the library") {
         {{"--thickness", "inf"}, [](SsaoCall& o) { o.thickness = infinity; }},
         {{"--thickness", "silhouette"}, [](SsaoCall& o) { o.thickness = Silhouette{}; }},
         {{"--thickness-map", map}, [&](SsaoCall& o) { o.thickness = to_device(device, thickness); }},
+        {{"--back-depth", back}, with_backs},
+        {{"--back-depth", of_layers}, with_backs},
         {{"--normals", view_file}, [&](SsaoCall& o) { o.normals = to_device(device, view_normals); }},
         {{"--normals", world_file, "--normals-space", "world"},
          [&](SsaoCall& o) {
@@ -210,6 +233,7 @@ TEST_CASE("ssao program: wrong usage is told before anything is done") {
         {{"--thickness", "shadow"}, "inf, or silhouette"},
         {{"--thickness", "silhouette", "--thickness-map", room.input}, "--thickness-map"},
         {{"--thickness", "1", "--thickness-map", room.input}, "--thickness-map"},
+        {{"--back-depth", room.input, "--thickness", "1"}, "--thickness"},
         {{"--normals-space", "world"}, "--normals"},
         {{"--normals", room.input, "--normals-space", "eye"}, "view or world"},
         {{"--border", "wrap"}, "open or clamp"},
@@ -245,6 +269,8 @@ TEST_CASE("ssao program: refuses companions and regions that do not fit the imag
     const std::string codes = depth_file(room.folder, "codes.png");
     refused({"--thickness-map", codes}, {codes, "float"});
     refused({"--thickness-map", room.folder / "none.exr"}, {room.folder / "none.exr"});
+    refused({"--back-depth", small}, {small, "10 × 20", "48 × 32"});
+    refused({"--back-depth", room.input}, {room.input, "ZBack", "the depth image itself"});
     const std::string few = room.folder / "few.pfm";
     write_image(few, cv::Mat(20, 10, CV_32FC3, cv::Scalar(0, 0, 1)));
     refused({"--normals", few}, {few, "10 × 20", "48 × 32"});

@@ -360,14 +360,20 @@ TEST_CASE("ssao: a second layer where the thickness would end is the thickness",
         options.thickness =
             StoredDepth{Image::from_host(device(), Element::f32, behind.data(), {camera.width, camera.height}), metric};
         check_rounding(difference(room.visibility(options), expected), std::string("back and thickness, ") + name);
-        // In front of the first layer there is no end: nothing is solid.
-        SsaoCall thin = options_of(0.5);
-        thin.thickness = 0.0;
-        const std::vector<float> nearer(behind.size(), 0.01f);
-        options.thickness =
-            StoredDepth{Image::from_host(device(), Element::f32, nearer.data(), {camera.width, camera.height}), metric};
-        CHECK(difference(room.visibility(options), room.visibility(thin)).worst <= rounding_worst);
-        CHECK(difference(expected, room.visibility(thin)).rmse > 0.005);
+        // Where it is no number or lies in front of the first layer, the default thickness counts: 0.125.
+        const auto wide_end = [&](std::size_t i) { return behind[i] * 4; };
+        for (std::size_t i = 0; i < behind.size(); ++i)
+            if (i % 3 != 0)
+                behind[i] = i % 3 == 1 ? std::numeric_limits<float>::quiet_NaN() : 0.01f;
+        const auto seen_with = [&](const std::vector<float>& ends) {
+            options.thickness = StoredDepth{
+                Image::from_host(device(), Element::f32, ends.data(), {camera.width, camera.height}), metric};
+            return room.visibility(options);
+        };
+        check_rounding(difference(seen_with(behind), expected), std::string("back where there is one, ") + name);
+        for (std::size_t i = 0; i < behind.size(); i += 3)
+            behind[i] = wide_end(i);
+        CHECK(difference(seen_with(behind), expected).rmse > 0.005); // the others are as deep as they say
     }
 }
 

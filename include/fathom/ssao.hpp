@@ -40,7 +40,8 @@ struct Silhouette {};
 
 /// How thick surfaces are along their rays: the same everywhere, in scene units, where infinity makes everything behind a surface
 /// solid, as in a height field; a thickness for each pixel, one float, of the depth's size; each pixel as thick as its object is
-/// wide; or where each pixel's solid ends, a second layer of depth of the same size.
+/// wide; or where each pixel's solid ends, a second layer of depth of the same size. A pixel whose end is NaN or lies in front of its
+/// surface has the default thickness.
 using Thickness = std::variant<double, Image, Silhouette, StoredDepth>;
 
 struct SsaoOptions {

@@ -15,7 +15,7 @@
 #error "PERSPECTIVE is not defined: 1 where rays meet in the camera centre, 0 where they are parallel (orthographic)"
 #endif
 #ifndef THICKNESS
-#error "THICKNESS is not defined: 0 the same everywhere, 1 an image of it, 2 inverse depth of the back, 3 an image of every pixel that is computed"
+#error "THICKNESS is not defined: 0 the same everywhere, 1 an image of it, 2 inverse depth of the back, and the same where there is none, 3 an image of every pixel that is computed"
 #endif
 #ifndef GIVEN_NORMALS
 #error                                                                                                                 \
@@ -113,9 +113,8 @@ KERNEL void ssao_planes(__global const float* depth, __global const float* extra
         front[j] = select(select((floatV)UNKNOWN, (floatV)NOTHING, known), q, surface);
         const floatV fx = convert_floatV((intV)x + LANE_INDEX(int)) + ((float)split.pixel_x + 0.5f);
         const float fy = (float)y + (float)split.pixel_y + 0.5f;
-#if THICKNESS != 2
         const floatV length = ray_length(&occlusion, fx, fy);
-#if THICKNESS == 0
+#if THICKNESS == 0 || THICKNESS == 2
         const floatV thickness = (floatV)occlusion.thickness;
 #else
         const floatV thickness = row_at(extra, &extra_grid, THICKNESS == 3 ? 1 : EVERY, x, y, 0.0f);
@@ -126,10 +125,10 @@ KERNEL void ssao_planes(__global const float* depth, __global const float* extra
         const floatV behind = q - thickness / length;
 #endif
         back[j] = select(front[j], behind, surface & (thickness >= 0.0f));
-#else
-        const floatV behind = row_at(extra, &extra_grid, EVERY, x, y, NAN);
-        back[j] = select(front[j], select((floatV)NOTHING, behind, behind > (PERSPECTIVE ? 0.0f : -FLT_MAX)),
-                         surface & (behind <= q));
+#if THICKNESS == 2
+        const floatV end = row_at(extra, &extra_grid, EVERY, x, y, NAN);
+        back[j] = select(back[j], select((floatV)NOTHING, end, end > (PERSPECTIVE ? 0.0f : -FLT_MAX)),
+                         surface & (end <= q));
 #endif
         floatV right, down;
 #if GIVEN_NORMALS

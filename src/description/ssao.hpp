@@ -32,7 +32,9 @@ void describe(const Visitor& v, Options& o) {
       "a quarter of the radius");
     v("thickness", in<Image>(o.thickness), Kind::lengths, "a thickness for each pixel, scene units");
     v("thickness", in<Silhouette>(o.thickness), {"silhouette"}, "each object is as thick as it is wide in the image");
-    v("thickness", in<StoredDepth>(o.thickness), Kind::depth, "a second layer of depth: where each pixel's solid ends");
+    v("thickness", in<StoredDepth>(o.thickness), Kind::depth,
+      "a second layer of depth: where each pixel's solid ends. Where it is NaN or in front of the depth, the default "
+      "thickness counts");
     v("falloff", o.falloff, between(0, 1),
       "fraction of the radius, at its end, over which occluders fade out. 0 is a hard end");
     v("border", o.border, {"open", "clamp"},

@@ -23,7 +23,7 @@ namespace fathom::cli {
 /// The images beside its depth that a command reads for an input. Each command reads its own of them.
 struct Images {
     Picture picture = {}, clean_plate = {};
-    DepthFile clean_plate_depth{{}, Storage::float32, {}};
+    DepthFile other_depth{{}, Storage::float32, {}}; ///< of the same camera: the clean plate's, or where solids end
     cv::Mat normals = {}, thickness = {};
 };
 

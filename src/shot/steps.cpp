@@ -238,9 +238,9 @@ void Steps::find_invalid_value(Work& work) const {
     else if (const auto again = io::depth_rows(work.frame.input, read_options(work)))
         for (const Band& band : strips(work, 0))
             invalid.see(on_host(again->read(band.end - band.begin).values, work.depth.storage));
-    if (work.frame.images.valid()) // a clean plate has the same camera
-        if (const DepthFile& plate = work.frame.images.get().clean_plate_depth; plate.storage == work.depth.storage)
-            invalid.see(on_host(plate.values, plate.storage));
+    if (work.frame.images.valid())
+        if (const DepthFile& other = work.frame.images.get().other_depth; other.storage == work.depth.storage)
+            invalid.see(on_host(other.values, other.storage));
     invalid.settle(work.seen);
 }
 
@@ -391,7 +391,7 @@ std::size_t Steps::bytes(const Work& work) const {
     std::size_t sum = of(work.depth.values);
     try {
         const Images& images = work.frame.images.get();
-        sum += of(images.picture.color) + of(images.clean_plate.color) + of(images.clean_plate_depth.values) +
+        sum += of(images.picture.color) + of(images.clean_plate.color) + of(images.other_depth.values) +
                of(images.normals) + of(images.thickness);
     } catch (...) { // is told when the frame is computed
     }

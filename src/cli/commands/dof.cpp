@@ -111,7 +111,7 @@ Images read_images(const DofArguments& options, const Job& job) {
         if (of_plate != of_picture)
             throw Error(fmt::format("{}: has {} channels, but {} has {}; both must have an alpha, or none",
                                     file.native(), of_plate, job.companions.front().native(), of_picture));
-        images.clean_plate_depth = clean_plate_depth_of(job.companions[2], options, job);
+        images.other_depth = clean_plate_depth_of(job.companions[2], options, job);
     }
     return images;
 }
@@ -128,7 +128,7 @@ Picture blur(const DofArguments& options, const StoredDepth& stored, Loaded& fra
     DofOptions asked = options.dof;
     if (options.clean_plate) {
         const Device& device = stored.image.device();
-        const DepthFile& depth = images.clean_plate_depth;
+        const DepthFile& depth = images.other_depth;
         asked.clean_plate = {to_device(device, images.clean_plate.color),
                              {to_device(device, depth.values), stored.camera, depth.storage}};
     }

@@ -25,7 +25,8 @@ namespace {
 
 struct SsaoArguments : DepthOptions, description::SsaoCall {
     bool explain = false;
-    std::optional<std::string> normals, thickness_map;
+    std::optional<std::string> normals, thickness_map, back_depth;
+    std::optional<Packing> packing;          // of the depths, as the camera file says
     std::map<std::string, std::string> more; // files of other results, by their names
 };
 
@@ -102,6 +103,26 @@ cv::Mat read_thickness(const std::filesystem::path& file, const Job& job) {
     return thickness;
 }
 
+constexpr const char* channel_of_backs = "ZBack";
+
+// Where solids end: the file's channel of that name, in any layer, or depth as the input holds it.
+DepthFile read_backs(const std::filesystem::path& file, const SsaoArguments& options, const Job& job) {
+    ReadOptions asked{.channel = options.channel, .packing = options.packing, .overscan = has_overscan(job.windows)};
+    const std::vector<Channel> channels = list_channels(file);
+    const auto named = std::ranges::find_if(channels, [](const Channel& channel) {
+        return channel.name.substr(channel.name.rfind('.') + 1) == channel_of_backs;
+    });
+    if (named != channels.end())
+        asked.channel = named->name;
+    else if (std::error_code none; std::filesystem::equivalent(file, job.input, none))
+        throw Error(fmt::format("{}: has no channel {}, and is the depth image itself; --back-depth needs a file of "
+                                "where solids end",
+                                file.native(), channel_of_backs));
+    DepthFile depth = read_depth(file, asked);
+    check_same_pixels(file, depth, job);
+    return depth;
+}
+
 Images read_images(const SsaoArguments& options, const Job& job) {
     Images images;
     if (options.normals) {
@@ -111,6 +132,8 @@ Images read_images(const SsaoArguments& options, const Job& job) {
     }
     if (options.thickness_map)
         images.thickness = read_thickness(job.companions[options.normals ? 1 : 0], job);
+    if (options.back_depth)
+        images.other_depth = read_backs(job.companions[options.normals ? 1 : 0], options, job);
     return images;
 }
 
@@ -126,6 +149,9 @@ std::vector<Result> occlude(const SsaoArguments& options, const StoredDepth& sto
         call.options.normals = to_device(stored.image.device(), images.normals);
     if (options.thickness_map)
         call.options.thickness = to_device(stored.image.device(), images.thickness);
+    if (options.back_depth)
+        call.options.thickness = StoredDepth{to_device(stored.image.device(), images.other_depth.values), stored.camera,
+                                             images.other_depth.storage};
     std::vector<Result> results = run(described_ssao, &call, stored, frame);
     for (Result& result : results)
         if (region)
@@ -149,6 +175,14 @@ std::function<int()> configure_ssao(CLI::App& app) {
                    described_words(described_ssao.options, "--thickness-map"))
         ->type_name("FILE")
         ->excludes("--thickness")
+        ->group("Input");
+    app.add_option("--back-depth", options->back_depth,
+                   described_words(described_ssao.options, "--back-depth",
+                                   fmt::format(". Of an EXR the channel {}, if it has one; the file is stored as the "
+                                               "depth is otherwise",
+                                               channel_of_backs)))
+        ->type_name("FILE")
+        ->excludes("--thickness", "--thickness-map")
         ->group("Input");
     app.add_option_function<std::string>(
            "--region", [options](const std::string& text) { parse_region(text, options->options.region.emplace()); },
@@ -176,6 +210,10 @@ std::function<int()> configure_ssao(CLI::App& app) {
             more.companions.push_back({"--normals", *options->normals});
         if (options->thickness_map)
             more.companions.push_back({"--thickness-map", *options->thickness_map});
+        if (options->back_depth) {
+            options->camera.first_for([&](const ImportedCamera& camera) { options->packing = camera.packing; });
+            more.companions.push_back({"--back-depth", *options->back_depth});
+        }
         more.outputs = outputs_of(described_ssao, static_cast<description::SsaoCall*>(options.get()), options->more);
         more.read = [options](const Job& job) { return read_images(*options, job); };
         if (more.companions.empty() && !options->options.region) {

@@ -135,7 +135,7 @@ std::string spelled(std::string_view named) {
 
 std::string spelled(const Option& option) {
     if (option.kind == Option::Kind::depth && option.alternative && spelled(option.name) == "--thickness")
-        return "";
+        return "--back-depth";
     return spelled(option.name) + (option.kind == Option::Kind::lengths ? "-map" : "");
 }
 
