@@ -2,6 +2,7 @@
 #include "program.hpp"
 
 #include <fathom/dof.hpp>
+#include <fathom/linearize.hpp>
 #include <fathom/opencv.hpp>
 
 using namespace fathom;
@@ -95,6 +96,12 @@ TEST_CASE("dof program: every option reaches the library") {
         CHECK(same(read_color(out), truth));
         CHECK(!same(truth, plain));
     }
+    const std::string grown = scene.folder / "out/grown.exr";
+    check_done(scene.arguments(grown, {"--grow-foreground", "2"}));
+    Scene larger;
+    larger.stored = grow_foreground(scene.stored, 2);
+    CHECK(same(read_color(grown), larger.expected()));
+    CHECK(!same(larger.expected(), plain));
     const std::string out = scene.folder / "out/circle.exr";
     check_done(scene.arguments(out, {"--aperture", "circle", "--quality", "balanced", "--sky", "blur"}));
     CHECK(same(read_color(out), plain));
@@ -195,6 +202,7 @@ TEST_CASE("dof program: refuses in one line what cannot be") {
     refused({"--aperture", "ellipse:0"}, 2, "ellipse:R with R from 0.1 to 10");
     refused({"--aperture", "ellipse:two"}, 2, "--aperture: 'ellipse:two'");
     refused({"--quality", "best"}, 2, "--quality");
+    refused({"--grow-foreground", "17"}, 2, "whole number from 0 to 16");
     check_refused({"dof", scene.input, "--camera", scene.camera, "-o", out}, 2, "--color");
     check_refused({"dof", scene.input, "--color", scene.folder / "missing.exr", "--camera", scene.camera, "-o", out,
                    "--circle", "9,30"},

@@ -1,4 +1,4 @@
-// Holes in depth: each takes the farther of its two neighbours, by hand.
+// Holes in depth, pixels that do not count, and foregrounds that grow: against what hands and brute force make of them.
 
 #include "catch.hpp"
 #include "judge.hpp"
@@ -105,4 +105,66 @@ TEST_CASE("ignore_pixels: refuses a mask of another size, and integers that leav
     CHECK_THROWS_WITH(masked(16), ContainsSubstring("\"missing\""));
     codes[7] = 6; // one is left
     CHECK(masked(16).camera.missing == 7);
+}
+
+// The oracle: the least distance in double over all pixels whose centres are near enough, and whose value that is.
+TEST_CASE("grow_foreground: a pixel takes the nearest surface within so many pixels, and regions agree", "[linearize]") {
+    constexpr int width = 47, height = 29;
+    const Device device = oracle::device();
+    std::mt19937 random(11);
+    for (const Storage storage : {Storage::float32, Storage::uint16, Storage::rgb8_red_low}) {
+        Camera camera;
+        camera.projection = perspective(1.0, static_cast<double>(width) / height, {0.5, 100});
+        camera.width = width, camera.height = height;
+        camera.encoding = Encoding::view_z;
+        camera.scale = storage == Storage::float32 ? 1 : 0.001;
+        camera.missing = 0;
+        camera.background = storage == Storage::float32 ? INFINITY : 60000;
+        const auto size = element_bytes(element_of(storage)) * static_cast<std::size_t>(channels_of(storage));
+        std::vector<std::uint8_t> bytes(width * height * size);
+        std::vector<double> z;
+        for (std::size_t i = 0; i < width * height; ++i) {
+            const bool is_hole = random() % 9 == 0, is_sky = random() % 5 == 0;
+            const auto code = static_cast<std::uint32_t>(is_hole ? 0 : is_sky ? 60000 : random() % 50000 + 1);
+            const float metres = is_sky ? INFINITY : static_cast<float>(code) * 0.001f;
+            z.push_back(is_hole ? NAN : is_sky ? INFINITY : static_cast<double>(code));
+            const std::uint32_t bits =
+                storage == Storage::float32 ? std::bit_cast<std::uint32_t>(is_hole ? 0.0f : metres) : code;
+            std::memcpy(&bytes[i * size], &bits, size);
+        }
+        const StoredDepth stored{
+            Image::from_host(device, element_of(storage), bytes.data(), {width, height, channels_of(storage)}), camera,
+            storage};
+        const auto bytes_of = [&](const Image& image) {
+            std::vector<std::uint8_t> found(static_cast<std::size_t>(image.width() * image.height()) * size);
+            image.download(found.data());
+            return found;
+        };
+        for (const int pixels : {0, 1, 2, 5}) {
+            std::vector<std::uint8_t> expected = bytes;
+            for (int y = 0; y < height; ++y)
+                for (int x = 0; x < width; ++x) {
+                    const auto at = static_cast<std::size_t>(y * width + x);
+                    double nearest = z[at];
+                    for (int v = std::max(y - pixels, 0); v <= std::min(y + pixels, height - 1); ++v)
+                        for (int u = std::max(x - pixels, 0); u <= std::min(x + pixels, width - 1); ++u) {
+                            const auto other = static_cast<std::size_t>(v * width + u);
+                            if (std::hypot(u - x, v - y) <= pixels && z[other] < nearest) {
+                                nearest = z[other];
+                                std::memcpy(&expected[at * size], &bytes[other * size], size);
+                            }
+                        }
+                }
+            INFO(to_string(storage) << ", " << pixels << " pixels");
+            CHECK(bytes_of(grow_foreground(stored, pixels).image) == expected);
+            const Image part = grow_foreground(stored.region(9, 6, 30, 20), pixels).image,
+                        whole = grow_foreground(stored, pixels).image;
+            const int in = pixels;
+            CHECK(bytes_of(part.region(in, in, 30 - 2 * in, 20 - 2 * in)) ==
+                  bytes_of(whole.region(9 + in, 6 + in, 30 - 2 * in, 20 - 2 * in)));
+        }
+        CHECK_THROWS_AS(grow_foreground(stored, most_grown_pixels + 1), std::invalid_argument);
+        CHECK_THROWS_AS(grow_foreground(stored, -1), std::invalid_argument);
+        CHECK_THROWS_AS(grow_foreground(stored, Image(device, Element::f32, {5, 4}), 1), std::invalid_argument);
+    }
 }

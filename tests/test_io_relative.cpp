@@ -3,6 +3,7 @@
 #include "program.hpp"
 
 #include <fathom/dof.hpp>
+#include <fathom/linearize.hpp>
 #include <fathom/opencv.hpp>
 #include <fathom/picture.hpp>
 #include <fathom/relative.hpp>
@@ -139,10 +140,15 @@ TEST_CASE("relative program: a photograph and a network's depth need no camera",
     const Device device = Device::open();
     const StoredDepth stored{to_device(device, values.values), relative_camera(96, 64, RelativeOrder::high_is_near)};
     const double focus = 1 - depth_at(stored, 48, 32);
-    write_picture(folder / "expected.png", {to_mat(dof(stored, to_device(device, light.color),
-                                                       relative_circle(20, focus, RelativeOrder::high_is_near))),
-                                            light.format});
-    CHECK(same(got, cv::imread(folder / "expected.png", cv::IMREAD_UNCHANGED)));
+    const auto expected = [&](const StoredDepth& depths) {
+        write_picture(folder / "expected.png", {to_mat(dof(depths, to_device(device, light.color),
+                                                           relative_circle(20, focus, RelativeOrder::high_is_near))),
+                                                light.format});
+        return cv::imread(folder / "expected.png", cv::IMREAD_UNCHANGED);
+    };
+    CHECK(same(got, expected(grow_foreground(stored, 1)))); // by default
+    check_done(blur(deep, {"--blur-px", "20", "--focus-at", "48,32", "--grow-foreground", "0"}));
+    CHECK(same(cv::imread(out, cv::IMREAD_UNCHANGED), expected(stored)));
 
     check_done(blur(depth, {"--blur-px", "20", "--focus-range", "0.85,1"}));
     check_done(blur(depth, {"--blur-px", "0", "--focus-at", "48,32"}));

@@ -57,6 +57,20 @@ StoredDepth fill_invalid(const StoredDepth& stored);
 /// The same into an image of the caller's, of the size and type of `stored.image`, which it may be. Waits for the device.
 void fill_invalid(const StoredDepth& stored, const Image& result);
 
+/// The most pixels that `grow_foreground` takes.
+inline constexpr int most_grown_pixels = 16;
+
+/// Stored depth whose near surfaces are larger by some pixels: a pixel takes the stored value of the nearest surface among the
+/// pixels whose centres are at most so many pixels away. Depth that is soft, or that lies a few pixels beside its picture's edges,
+/// then covers all of a foreground that `dof` blurs. Invalid pixels stay invalid, and nothing takes their value; the background
+/// is farther than all else. With 0 pixels no bit changes. A tile with as many pixels around it has the bits of the whole.
+/// Throws: std::invalid_argument for more than `most_grown_pixels` or less than 0, and for a camera that does not fit the image or
+/// cannot be decoded; Error from the device.
+StoredDepth grow_foreground(const StoredDepth& stored, int pixels);
+
+/// The same into an image of the caller's, of the size and type of `stored.image`, which it may be. Waits for the device.
+void grow_foreground(const StoredDepth& stored, const Image& result, int pixels);
+
 /// Stored depth in which pixels do not count where `ignore` is not 0: they become invalid, and no other pixel changes. Floats
 /// become NaN, and integers the code that the camera calls `missing`. Where it names none, the result's camera names the largest
 /// code that no pixel has.

@@ -249,6 +249,16 @@ nb::object fill_invalid_of(const Pixels& depth, const CameraObject& camera, cons
     return call.take();
 }
 
+nb::object grow_foreground_of(const Pixels& depth, const CameraObject& camera, int pixels, const Pixels& ignore,
+                              const Word<Storage>& storage, const Target& out, const DeviceOption& device) {
+    Call call(depth, camera, storage, device, ignore);
+    const Image& image = call.depth().image;
+    const Image result =
+        call.result(out.given, "out", image.element(), {image.width(), image.height(), image.channels()});
+    call.run([&] { grow_foreground(call.depth(), result, pixels); });
+    return call.take();
+}
+
 double depth_at_of(const Pixels& depth, const CameraObject& camera, int x, int y, const Word<Storage>& storage,
                    const DeviceOption& device) {
     Call call(depth, camera, storage, device);
@@ -306,6 +316,14 @@ without valid pixels that above or below.
 
 Returns an array of the shape and dtype of depth.)";
 
+constexpr const char* grow_foreground_text =
+    R"(Stored depth whose near surfaces are larger by some pixels, for a blur where depth is soft or lies beside its picture's edges.
+
+Each pixel takes the value of the nearest surface that is at most so many pixels away, 0 to 16. One is best for the depth of
+neural networks. Invalid pixels stay invalid.
+
+Returns an array of the shape and dtype of depth.)";
+
 constexpr const char* depth_at_text =
     R"(The depth at pixel x, y, counted from 0: what a lens focuses on. inf for the background.
 
@@ -346,6 +364,10 @@ void bind_operations(nb::module_& module) {
             results[operation.results] = its.results;
     }
     add(signature_of("fill_invalid", fill_invalid_text), fill_invalid_of, arg("depth"), arg("camera"), nb::kw_only(),
+        arg("ignore") = nb::none(), arg("storage") = nb::none(), arg("out") = nb::none(), arg("device") = nb::none());
+    Signature grown = signature_of("grow_foreground", grow_foreground_text);
+    grown.arguments.push_back({"pixels", "int", false});
+    add(grown, grow_foreground_of, arg("depth"), arg("camera"), arg("pixels"), nb::kw_only(),
         arg("ignore") = nb::none(), arg("storage") = nb::none(), arg("out") = nb::none(), arg("device") = nb::none());
     module.attr("_operations") = functions; // fathom/_operations.py
     module.attr("_results") = results;

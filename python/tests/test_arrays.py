@@ -300,6 +300,7 @@ def test_operations_see_no_more_of_ignored_pixels_than_of_missing_ones(millimetr
         lambda depth, **more: fathom.normals(depth, kinect, **more),
         lambda depth, **more: fathom.ssao(depth, kinect, 0.5, **more),
         lambda depth, **more: fathom.fill_invalid(depth, kinect, **more),
+        lambda depth, **more: fathom.grow_foreground(depth, kinect, 1, **more),
     ):
         assert same_bits(call(millimetres, ignore=mask), call(holes))
 

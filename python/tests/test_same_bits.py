@@ -215,6 +215,24 @@ def test_filled_depth_blurs_as_the_program_does(tmp_path, program, millimetres, 
     assert same_bits(fathom.fill_invalid(image, kinect).numpy(), filled)
 
 
+def test_a_grown_foreground_is_the_programs(tmp_path, program, metres, keys):
+    depth, color = metres.astype(numpy.float32), picture(metres.shape)
+    (tmp_path / "camera.json").write_text(json.dumps(keys))
+    numpy.save(tmp_path / "d.npy", depth)
+    write_pfm(tmp_path / "color.pfm", color)
+    program(
+        *("dof", tmp_path / "d.npy", "--camera", tmp_path / "camera.json", "--color", tmp_path / "color.pfm"),
+        *(*LENS_OPTIONS, "--grow-foreground", "2", "-o", tmp_path / "r.npy"),
+    )
+    camera = fathom.Camera(**keys)
+    grown = fathom.grow_foreground(depth, camera, 2)
+    assert not same_bits(grown, depth)
+    assert same_bits(fathom.dof(grown, camera, color, **LENS), numpy.load(tmp_path / "r.npy"))
+    assert same_bits(fathom.grow_foreground(depth, camera, pixels=0), depth)
+    with pytest.raises(ValueError, match="17"):
+        fathom.grow_foreground(depth, camera, 17)
+
+
 @pytest.mark.parametrize("operation", ["dof", "fog"])
 @pytest.mark.parametrize("dtype", [numpy.float16, numpy.uint16, numpy.uint8])
 def test_pictures_are_the_programs(tmp_path, program, metres, keys, dtype, operation):

@@ -13,7 +13,7 @@ import fathom
 
 ROOT = pathlib.Path(__file__).parents[2]
 PACKAGE = pathlib.Path(fathom.__file__).parent
-OPERATIONS = ("linearize", "unproject", "normals", "ssao", "dof_masks", "dof", "fog", "fill_invalid")
+OPERATIONS = ("linearize", "unproject", "normals", "ssao", "dof_masks", "dof", "fog", "fill_invalid", "grow_foreground")
 
 
 @pytest.fixture(scope="module")
@@ -66,6 +66,7 @@ def test_types_of_results(tmp_path, checked):
         "fathom.dof_masks(a, c).coc": "numpy.ndarray",
         "fathom.dof_masks(i, c).tile_min_coc": "fathom._fathom.Image | Any",
         "fathom.fill_invalid(i, c)": "fathom._fathom.Image",
+        "fathom.grow_foreground(a, c, 2)": "numpy.ndarray",
         "fathom.depth_at(a, c, 1, 2)": "float",
         "fathom.upsample_along_edges(a, a)": "numpy.ndarray",
         "fathom.ssao(a, c, thickness=fathom.BackDepth(a))": "numpy.ndarray",

@@ -252,6 +252,7 @@ std::vector<Operation> make_all() {
                     }),
         with_inputs("dof, pinhole", [](In in) { return dof(in.stored, in.color, {}); }),
         with_inputs("fill_invalid", [](In in) { return fill_invalid(in.stored).image; }),
+        with_inputs("grow_foreground", [](In in) { return grow_foreground(in.stored, 2).image; }),
         with_inputs("fog", [](In in) { return fog(in.stored, in.color, {.density = 0.02}); }),
         with_inputs("fog, thinner with the height",
                     [](In in) { return fog(in.stored, in.color, {.density = 0.02, .height_falloff = 0.3}); }),

@@ -31,6 +31,7 @@ struct DofArguments : DepthOptions {
     PictureOptions picture;
     double highlights = 1;
     bool fill = false; // invalid depths?
+    std::optional<int> grow_foreground; // by so many pixels
     std::optional<std::string> clean_plate, clean_plate_depth;
     std::optional<Packing> packing; // of the depths, as the camera file says
 };
@@ -116,6 +117,10 @@ Images read_images(const DofArguments& options, const Job& job) {
     return images;
 }
 
+int grown_pixels(const DofArguments& options) {
+    return options.grow_foreground.value_or(options.relative.order ? 1 : 0);
+}
+
 Picture blur(const DofArguments& options, const StoredDepth& stored, Loaded& frame) {
     explain_method(fathom::Operation::dof, stored, frame, options.dof.quality, options.explain);
     Images images = frame.images.get(); // read by the device until the result is there
@@ -133,7 +138,9 @@ Picture blur(const DofArguments& options, const StoredDepth& stored, Loaded& fra
                              {to_device(device, depth.values), stored.camera, depth.storage}};
     }
     const CircleOfConfusion circle = circle_of(options.relative, options.lens, stored, frame);
-    const StoredDepth depths = options.fill ? fill_invalid(stored) : stored;
+    StoredDepth depths = options.fill ? fill_invalid(stored) : stored;
+    if (const int pixels = grown_pixels(options))
+        depths = grow_foreground(depths, pixels);
     const Image sharp = to_device(stored.image.device(), color);
     picture.color = floats_on_host(sharp, color.channels(),
                                    [&](const Image& result) { dof(depths, sharp, result, circle, asked); });
@@ -172,6 +179,14 @@ std::function<int()> configure_dof(CLI::App& app) {
                     "pixels without a depth keep the picture where no blur reaches\n"
                     "them (keep; default), or take the depth of the farther valid\npixel beside them (fill)")
         ->group("Blur");
+    constexpr description::Range pixels = description::whole(0, most_grown_pixels);
+    app.add_option("--grow-foreground", options->grow_foreground,
+                   "makes the depth of near surfaces larger by N pixels before the\n"
+                   "blur, for depth that is soft or lies beside its picture's edges,\n" +
+                       pixels.limits() + " (default: 0; with --relative: 1)")
+        ->type_name("N")
+        ->check(is_a_number(pixels.in_words().substr(2), [=](double n) { return pixels.holds(n); }))
+        ->group("Blur");
     add_relative_options(app, options->relative);
     options->camera.or_relative = true;
     return [=] {
@@ -193,7 +208,7 @@ std::function<int()> configure_dof(CLI::App& app) {
                 {"--clean-plate-depth", options->clean_plate_depth.value_or(*options->clean_plate)});
         }
         more.read = [options](const Job& job) { return read_images(*options, job); };
-        if (!options->clean_plate && !options->fill && !options->lens.focus_at) {
+        if (!options->clean_plate && !options->fill && !grown_pixels(*options) && !options->lens.focus_at) {
             more.looks_first = true;
             more.reach = [options](const Tile& tile, const Look& look, const Job& job) {
                 return reach(tile, options->dof, widest_circle(options->lens, tile, look, options->dof.sky, job));
