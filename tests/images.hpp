@@ -61,4 +61,20 @@ inline Difference difference(const std::vector<float>& a, const std::vector<floa
     return d;
 }
 
+/// Pixels that are darker than the median of the 5 × 5 around them by more than 0.1, as an eye sees specks.
+inline int dark_specks(const std::vector<float>& image, int width, int height) {
+    int specks = 0;
+    for (int y = 0; y < height; ++y)
+        for (int x = 0; x < width; ++x) {
+            std::vector<float> around;
+            for (int row = std::max(y - 2, 0); row <= std::min(y + 2, height - 1); ++row)
+                for (int column = std::max(x - 2, 0); column <= std::min(x + 2, width - 1); ++column)
+                    around.push_back(image[static_cast<std::size_t>(row * width + column)]);
+            const auto middle = around.begin() + static_cast<std::ptrdiff_t>(around.size() / 2);
+            std::nth_element(around.begin(), middle, around.end());
+            specks += image[static_cast<std::size_t>(y * width + x)] < *middle - 0.1f;
+        }
+    return specks;
+}
+
 } // namespace fathom::images

@@ -3,6 +3,7 @@
 // the perspective frame, with the path tracer's normals, leaves 0.049 at the same thickness. Thickness from the silhouette
 // knows more of the scene than a constant.
 
+#include "images.hpp"
 #include "path_traced.hpp"
 #include "real_inputs.hpp"
 
@@ -30,10 +31,9 @@ constexpr Known known[] = {{"perspective", 0.069, 0.060, 0.052, 0.052, 0.050, 0.
                            {"orthographic", 0.094, 0.070, 0.070, 0.066, 0.066, 0.0577, 0.0554, 0.0540}};
 
 // Without a thickness it is that of the silhouette.
-double rms_error(const fs::path& folder, Quality quality, std::optional<double> thick = thickness,
-                 bool with_normals = false) {
+std::vector<float> visibility_of(const fs::path& folder, Quality quality, std::optional<double> thick = thickness,
+                                 bool with_normals = false) {
     const DepthFile depth = read_depth(folder / "sharp.exr");
-    const cv::Mat truth = oracle::path_traced_visibility(folder);
     const int width = depth.values.cols, height = depth.values.rows;
     const Camera camera = camera_for(read_camera(folder / "camera.json"), width, height);
     const Device device = Device::open("cpu");
@@ -47,15 +47,20 @@ double rms_error(const fs::path& folder, Quality quality, std::optional<double> 
     const Image stored = Image::from_host(device, Element::f32, depth.values.data, {width, height});
     std::vector<float> visibility(static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
     ssao({stored, camera}, ray_length, options).visibility.download(visibility.data());
-    double sum = 0;
-    for (int y = 0; y < height; ++y)
-        for (int x = 0; x < width; ++x) {
-            const auto at = static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x);
-            const double difference = static_cast<double>(visibility[at]) - static_cast<double>(truth.at<float>(y, x));
-            REQUIRE(std::isfinite(difference));
-            sum += difference * difference;
-        }
-    return std::sqrt(sum / static_cast<double>(visibility.size()));
+    return visibility;
+}
+
+std::vector<float> truth_of(const fs::path& folder) {
+    const cv::Mat truth = oracle::path_traced_visibility(folder);
+    return {truth.begin<float>(), truth.end<float>()};
+}
+
+double rms_error(const fs::path& folder, Quality quality, std::optional<double> thick = thickness,
+                 bool with_normals = false) {
+    const images::Difference off =
+        images::difference(visibility_of(folder, quality, thick, with_normals), truth_of(folder));
+    REQUIRE(std::isfinite(off.rmse));
+    return off.rmse;
 }
 
 } // namespace
@@ -85,5 +90,22 @@ TEST_CASE("real: ambient occlusion from Blender's depth against the path tracer'
         CHECK(balanced_silhouette <= frame.balanced_silhouette);
         CHECK(accurate_silhouette <= frame.accurate_silhouette);
         CHECK(with_normals <= frame.with_normals);
+    }
+}
+
+TEST_CASE("real: ambient occlusion has at most twice the dark specks of the path tracer's", "[ssao][real]") {
+    if (!there("blender"))
+        return;
+    for (const char* const frame : {"perspective", "orthographic", "antialiased", "antialiased-near"}) {
+        const fs::path folder = data / "blender" / frame;
+        const cv::Size size = oracle::path_traced_visibility(folder).size();
+        const int of_truth = images::dark_specks(truth_of(folder), size.width, size.height);
+        for (const Quality quality : {Quality::fast, Quality::balanced, Quality::accurate}) {
+            const int specks = images::dark_specks(visibility_of(folder, quality), size.width, size.height);
+            std::cout << "dark specks, Blender " << frame << ", quality " << static_cast<int>(quality) << ": " << specks
+                      << ", the path tracer's own " << of_truth << '\n';
+            INFO(frame << ", quality " << static_cast<int>(quality));
+            CHECK(specks <= 2 * of_truth);
+        }
     }
 }

@@ -168,3 +168,26 @@ TEST_CASE("ssao scene: the top of a box that is one pixel thick is open", "[ssao
         CHECK(worst <= thin_top_error);
     }
 }
+
+TEST_CASE("ssao scene: there are at most twice the dark specks of the scene itself", "[ssao][slow]") {
+    const Camera camera = camera_over(perspective(0.9, 16.0 / 9, {0.1, 100}), 160, 90);
+    constexpr double radius = 0.6;
+    constexpr int rays = 256; // to 0.02, where a speck is 0.1
+    for (const char* const name : {"room", "spheres", "railings"}) {
+        const scene::Scene scene = scene::named(name);
+        const auto image = scene::render(scene, camera);
+        std::vector<float> truth(image.stored.size(), 1);
+        for (const oracle::Sample& p : oracle::ray_traced(scene, camera, image, radius, rays, 1))
+            truth[static_cast<std::size_t>(p.y * camera.width + p.x)] = static_cast<float>(p.visibility);
+        const int of_truth = dark_specks(truth, camera.width, camera.height);
+        for (const Quality quality : qualities) {
+            const int specks = dark_specks(visibility_of(stored_of(image.stored, camera), options_of(radius, quality)),
+                                           camera.width, camera.height);
+            std::printf("dark specks, %s, %s: %d, of the scene itself %d\n", name,
+                        quality_names[static_cast<int>(quality)], specks, of_truth);
+            INFO(name << ", " << quality_names[static_cast<int>(quality)]);
+            CHECK(of_truth > 50);
+            CHECK(specks <= 2 * of_truth);
+        }
+    }
+}

@@ -21,6 +21,8 @@
 
 #define THIN 0.25f // of the radius: what lies that far from its neighbours' planes is not part of them
 
+#define NARROW 0.25f // of such a distance: what neither side explains by more belongs to its closer neighbour
+
 // Inverse depth of a neighbour; NaN for the background, because no slope may lead to it.
 INLINE floatV surface_only(floatV q) {
 #if PERSPECTIVE
@@ -59,13 +61,17 @@ INLINE floatV slope(floatV before2, floatV before1, floatV centre, floatV after1
 INLINE floatV unless_thin(floatV found, const floatV* nearby, floatV q, floatV step) {
     const floatV from_before = fabs(fma((floatV)2.0f, nearby[1], -nearby[0]) - q);
     const floatV from_after = fabs(fma((floatV)2.0f, nearby[2], -nearby[3]) - q);
+    const floatV narrow = NARROW * step;
+    if (!any_of((from_before > narrow) & (from_after > narrow)))
+        return found;
     const floatV before = q - nearby[1], after = nearby[2] - q;
     const floatV closer = select(after, before, !(fabs(before) > fabs(after)));
     const floatV nearer = select(before, after, after > 0.0f);
     const intV between = (min(before, after) > 0.0f) | (max(before, after) < 0.0f);
     const floatV top = select((floatV)0.0f, nearer, between & (fabs(nearer) < step * (2.0f / THIN)));
-    const floatV chosen = select(top, closer, fabs(closer) < step);
-    return select(found, chosen, (from_before > step) & (from_after > step));
+    const intV near = fabs(closer) < step;
+    const floatV least = select(step, narrow, near);
+    return select(found, select(top, closer, near), (from_before > least) & (from_after > least));
 }
 
 #endif

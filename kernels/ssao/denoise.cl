@@ -121,8 +121,8 @@ INLINE intV is_crease(const nearV around[DOWN][ACROSS], const centreV* c, int j)
     intV found = 0;
     for (int dy = -REACH; dy <= REACH; dy += 2 * REACH) {
         for (int dx = -REACH; dx <= REACH; dx += 2 * REACH) {
-            const floatV plane = fma(c->right, (floatV)(float)dx, fma(c->down, (floatV)(float)dy, c->q));
-            const floatV above = (around[dy + REACH][j + dx + REACH].front - plane) * c->inverse;
+            const floatV beyond = around[dy + REACH][j + dx + REACH].front - c->q - fma(c->right, (floatV)(float)dx, c->down * (float)dy);
+            const floatV above = beyond * c->inverse;
             found |= (above > CREASE_LEAST) & (above < CREASE_MOST);
         }
     }
@@ -200,9 +200,9 @@ KERNEL void denoise(__global const float* fronts, __global const float* slopes, 
 #else
         floatV fraction = sum[0] / max(sum[1], 1e-30f);
 #if OUTPUT == 0 && REACH > 0
-        c.grazing = is_grazing(here, &p);
-        const intV crease = c.grazing & is_crease(around, &c, j);
-        if (!open && any_of(crease)) {
+        const intV crease = open ? (intV)0 : is_crease(around, &c, j);
+        if (any_of(crease)) {
+            c.grazing = is_grazing(here, &p);
             floatV both[SUMS] = {here->sums[0], here->sums[1]};
 #pragma unroll 1 // four copies of this loop would cost every pixel a tenth of its time
             for (int dy = PAIRS ? 0 : -REACH; dy <= REACH; ++dy) {
@@ -214,7 +214,7 @@ KERNEL void denoise(__global const float* fronts, __global const float* slopes, 
             }
             const floatV darker = both[0] / max(both[1], 1e-30f) - fraction;
             const floatV lighter = select((floatV)0.0f, (floatV)LIGHTER, steep < GENTLE * GENTLE * size * size);
-            fraction += select((floatV)0.0f, max(darker, lighter * darker), crease);
+            fraction += select((floatV)0.0f, max(darker, lighter * darker), c.grazing & crease);
         }
 #endif
         const floatV result = min(max(OUTPUT == 0 ? 1.0f - fraction : fraction, 0.0f), 1.0f);

@@ -52,12 +52,15 @@ INLINE floatV neighbours_at(__global const float* image, const grid_params* pixe
 
 // The slope where the pixels next to this one are missing, as in every second row of a frame: from those beyond them.
 INLINE floatV across_gaps(floatV found, const floatV* nearby, floatV q, floatV step) {
+    const intV gap = !isfinite(nearby[1]) & !isfinite(nearby[2]);
+    if (!any_of(gap))
+        return found;
     const intV before = isfinite(nearby[0]), after = isfinite(nearby[3]);
     const floatV from_before = 0.5f * (q - nearby[0]), from_after = 0.5f * (nearby[3] - q);
     const floatV one_side = select(select((floatV)0.0f, from_after, after), from_before, before);
     const floatV wide = select(one_side, 0.5f * (from_before + from_after), before & after);
     const floatV off = select(one_side, from_before - from_after, before & after); // both sides agree on a plane
-    return select(found, wide, !isfinite(nearby[1]) & !isfinite(nearby[2]) & (fabs(off) < step));
+    return select(found, wide, gap & (fabs(off) < step));
 }
 
 #endif
