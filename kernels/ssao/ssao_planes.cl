@@ -65,6 +65,14 @@ INLINE floatV across_gaps(floatV found, const floatV* nearby, floatV q, floatV s
 
 #endif
 
+#if !GIVEN_NORMALS
+// Do both sides fit the pixel, and neither the other? Then a crease passes through it.
+INLINE intV has_crease(const floatV* nearby, floatV q, floatV tolerance) {
+    const floatV before = misprediction(nearby[0], nearby[1], q), after = misprediction(nearby[3], nearby[2], q);
+    return (max(before, after) <= tolerance) & (nearby[1] + nearby[2] - 2.0f * q > 2.0f * tolerance);
+}
+#endif
+
 #if GIVEN_NORMALS
 // The tangent plane n.(P - P_c) = 0 on the screen: q's slope is q (n.step) / (n.direction), with q = 1 in the first
 // factor for an orthographic camera. If a normal points away from the camera, its surface is taken to face the camera.
@@ -152,6 +160,13 @@ KERNEL void ssao_planes(__global const float* depth, __global const float* extra
 #if !GIVEN_NORMALS
         right = slope(across[0], across[1], q, across[2], across[3], tolerance);
         down = slope(along[0], along[1], q, along[2], along[3], tolerance);
+        const intV folded_across = has_crease(across, q, tolerance), folded_along = has_crease(along, q, tolerance);
+        if (any_of(folded_across | folded_along)) { // the plane of the wall on the right, not one between both
+            const floatV to_right = across[2] - q, below = along[2] - q, above = q - along[1];
+            const floatV off = neighbours_at(depth, &pixels, ix + 1, iy + 1) - q - to_right - below;
+            right = select(right, to_right, folded_across);
+            down = select(down, select(above, below, fabs(off) <= 2.0f * tolerance), folded_along);
+        }
 #endif
         const floatV step = fma((PERSPECTIVE ? q * q : (floatV)1.0f) / ray_length(&occlusion, fx, fy),
                                 (floatV)(THIN * occlusion.radius), tolerance);
