@@ -21,7 +21,7 @@
 
 #define THIN 0.25f // of the radius: what lies that far from its neighbours' planes is not part of them
 
-#define NARROW 0.25f // of such a distance: what neither side explains by more belongs to its closer neighbour
+#define NARROW 0.25f // of such a distance: what neither side explains by more belongs to a neighbour twice as close as the other
 
 // Inverse depth of a neighbour; NaN for the background, because no slope may lead to it.
 INLINE floatV surface_only(floatV q) {
@@ -70,7 +70,8 @@ INLINE floatV unless_thin(floatV found, const floatV* nearby, floatV q, floatV s
     const intV between = (min(before, after) > 0.0f) | (max(before, after) < 0.0f);
     const floatV top = select((floatV)0.0f, nearer, between & (fabs(nearer) < step * (2.0f / THIN)));
     const intV near = fabs(closer) < step;
-    const floatV least = select(step, narrow, near);
+    const intV clearly = near & (fabs(closer) < 0.5f * max(fabs(before), fabs(after)));
+    const floatV least = select(step, narrow, clearly);
     return select(found, select(top, closer, near), (from_before > least) & (from_after > least));
 }
 

@@ -65,6 +65,16 @@ INLINE floatV across_gaps(floatV found, const floatV* nearby, floatV q, floatV s
 
 #endif
 
+#if !GIVEN_NORMALS
+#define EVEN 1e-3f // relative difference of two squares of slopes that are taken for the same
+
+// Do both sides fit the pixel, and neither the other? Then a crease passes through it.
+INLINE intV has_crease(const floatV* nearby, floatV q, floatV tolerance) {
+    const floatV before = misprediction(nearby[0], nearby[1], q), after = misprediction(nearby[3], nearby[2], q);
+    return (max(before, after) <= tolerance) & (nearby[1] + nearby[2] - 2.0f * q > 2.0f * tolerance);
+}
+#endif
+
 #if GIVEN_NORMALS
 // The tangent plane n.(P - P_c) = 0 on the screen: q's slope is q (n.step) / (n.direction), with q = 1 in the first
 // factor for an orthographic camera. If a normal points away from the camera, its surface is taken to face the camera.
@@ -151,6 +161,26 @@ KERNEL void ssao_planes(__global const float* depth, __global const float* extra
 #if !GIVEN_NORMALS
         right = slope(across[0], across[1], q, across[2], across[3], tolerance);
         down = slope(along[0], along[1], q, along[2], along[3], tolerance);
+        const intV folded_across = has_crease(across, q, tolerance), folded_along = has_crease(along, q, tolerance);
+        if (any_of(folded_across | folded_along)) {
+            // The plane of the flatter wall, not one between both, unless they are equally steep: then a mirrored image would
+            // have the other.
+            const floatV left = q - across[1], above = q - along[1];
+            const floatV to_right = select(right, across[2] - q, folded_across), below = select(down, along[2] - q, folded_along);
+            const floatV to_left = select(right, left, folded_across), to_above = select(down, above, folded_along);
+            // What the corners lie off the planes of either pairing, the closer of two: another object may cover one.
+            const floatV together = fmin(fabs(neighbours_at(depth, &pixels, ix + 1, iy + 1) - q - (to_right + below)),
+                                         fabs(neighbours_at(depth, &pixels, ix - 1, iy - 1) - q + (to_left + to_above)));
+            const floatV apart = fmin(fabs(neighbours_at(depth, &pixels, ix + 1, iy - 1) - q - (to_right - to_above)),
+                                      fabs(neighbours_at(depth, &pixels, ix - 1, iy + 1) - q + (to_left - below)));
+            const intV same = together < apart;
+            const floatV of_right = select(to_above, below, same), of_left = select(below, to_above, same);
+            const floatV steep_right = fma(to_right, to_right, of_right * of_right);
+            const floatV steep_left = fma(to_left, to_left, of_left * of_left);
+            const intV differ = fabs(steep_right - steep_left) > EVEN * (steep_right + steep_left);
+            right = select(right, select(to_left, to_right, steep_right < steep_left), differ);
+            down = select(down, select(of_left, of_right, steep_right < steep_left), differ);
+        }
 #endif
         const floatV step = fma((PERSPECTIVE ? q * q : (floatV)1.0f) / ray_length(&occlusion, fx, fy),
                                 (floatV)(THIN * occlusion.radius), tolerance);
