@@ -21,22 +21,6 @@
 #define MOVES_ALL_PX 7.0f  // from circles larger than a pixel by this on all light moves to the foreground; of smaller ones a part
                            // that grows with their area, since a pixel's way shows
 
-// Circles less a pixel, with their sign: 0 for what is in focus. They grow with the layer.
-INLINE float4 excess_of_4(float4 layer, const blur_params* p) {
-    const float4 away = fabs(layer - (float)p->middle) * (1.0f / p->per_octave), octave = floor(away);
-    const float4 power = as_float4((convert_int4(octave) + 127) << 23);
-    const float4 size = power * (1.0f + p->offset) * (1.0f + (away - octave)) - (p->offset + 1.0f);
-    return select(size, -size, layer < (float)p->middle);
-}
-
-INLINE float excess_of(float layer, const blur_params* p) {
-    return excess_of_4((float4)(layer), p).x;
-}
-
-INLINE float rising(float x, float from, float to) {
-    return min(max((x - from) / (to - from), 0.0f), 1.0f);
-}
-
 INLINE float layer_at(__global const float* planes, const blur_params* p, int column, int row) {
     if (row < 0 || row >= (int)p->rows)
         return NOWHERE;
