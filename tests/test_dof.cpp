@@ -521,8 +521,8 @@ TEST_CASE("dof: a foreground that is grown covers its picture where its depth en
         picture.depth = inside.picture().depth;
         const auto off = [&](int pixels) {
             Picture grown = picture;
-            const Image depth = Image::from_host(default_device(), Element::f32, picture.depth.data(),
-                                                 {picture.width, picture.height});
+            const Image depth =
+                Image::from_host(default_device(), Element::f32, picture.depth.data(), {picture.width, picture.height});
             grown.depth = floats(grow_foreground({depth, camera_of(picture.width, picture.height)}, pixels).image);
             const auto got = blurred(grown);
             double worst = 0;
@@ -570,8 +570,30 @@ TEST_CASE("dof: in a focus pull nothing jumps where circles pass one pixel", "[d
             }
 }
 
-// A blurred foreground before a sharp ball, and a blurred wall of lamps behind both: the wall went on behind the foreground where
-// the ball does, as a block with hard edges, up to 0.54 of the lamps away from its neighbours. The truth looks through points of
+// A lamp on a slope of up to 2 pixels of circle a pixel. Whether a pixel of it was taken for an edge depended on whether its circle
+// was one pixel or less, so that the colour of what lies behind jumped by up to 0.88.
+TEST_CASE("dof: in a focus pull no lamp on a slope jumps if accurate", "[dof]") {
+    constexpr int half = 20;
+    constexpr double lamp = 4, most_change = 0.06 * lamp;
+    double worst = 0;
+    for (const double slope : {-2.0, -1.5, 1.0, 1.5}) {
+        std::vector<float> before;
+        for (int frame = 0; frame < 25; ++frame) {
+            const Picture picture(
+                2 * half, 2 * half, [&](int, int y) { return -2.70 + 0.01 * frame - slope * (y - half); },
+                [&](int x, int y) { return std::max(std::abs(x - half), std::abs(y - half)) <= 1 ? lamp : 0.0; });
+            const auto got = blurred(picture, {.quality = Quality::accurate});
+            for (std::size_t i = 0; i < before.size(); ++i)
+                worst = std::max(worst, static_cast<double>(std::abs(got[i] - before[i])));
+            before = got;
+        }
+    }
+    std::printf("dof, accurate, a lamp on a slope in a focus pull: changes by %.3f at most\n", worst);
+    CHECK(worst <= most_change);
+}
+
+// A blurred foreground before a sharp sphere, and a blurred wall of lamps behind both: the wall went on behind the foreground where
+// the sphere does, as a block with hard edges, up to 0.54 of the lamps away from its neighbours. The truth looks through points of
 // the lens.
 TEST_CASE("dof: no block of a bright wall stands where a foreground hides something sharp", "[dof]") {
     constexpr int size = 160, margin = 20, points = 16, around = 3;
@@ -581,7 +603,7 @@ TEST_CASE("dof: no block of a bright wall stands where a foreground hides someth
         return (x - 110) * 0.6 - (y - 70) * 0.8 > 0 ||
                (std::abs((x - 80) * 0.7 + (y - 90) * 0.7) < 14 && (x - 80) * 0.7 - (y - 90) * 0.7 > -25);
     };
-    const auto is_ball = [](double x, double y) { return std::hypot(x - 50, y - 105) < 26; };
+    const auto is_sphere = [](double x, double y) { return std::hypot(x - 50, y - 105) < 26; };
     const auto wall = [](double x, double y) {
         return static_cast<int>(std::floor(x / 24) + std::floor(y / 24)) % 2 != 0 ? lamp : 0.3;
     };
@@ -590,11 +612,13 @@ TEST_CASE("dof: no block of a bright wall stands where a foreground hides someth
         constexpr double near_circle = -30, wall_circle = 12;
         const auto seen = [&](double x, double y, double u, double v) { // through a point of the lens
             return is_near(x + u * near_circle / 2, y + v * near_circle / 2) ? 0.3
-                   : is_ball(x, y)                                           ? 0.6
-                                   : wall(x + u * wall_circle / 2, y + v * wall_circle / 2);
+                   : is_sphere(x, y)                                         ? 0.6
+                                     : wall(x + u * wall_circle / 2, y + v * wall_circle / 2);
         };
         const Picture picture(
-            size, size, [&](int x, int y) { return is_near(x, y) ? near_circle : is_ball(x, y) ? 0 : wall_circle; },
+            size, size, [&](int x, int y) { return is_near(x, y)     ? near_circle
+                                                   : is_sphere(x, y) ? 0
+                                                                     : wall_circle; },
             [&](int x, int y) { return seen(x, y, 0, 0); });
         std::vector<double> truth;
         for (int i = 0; i < size * size; ++i) {
