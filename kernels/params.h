@@ -333,10 +333,11 @@ typedef struct {
     float bend;        // of the layers' law within an octave: 0 for evenly spaced circles
     float largest;     // circle, pixels
     float knee;        // colours beyond this are summed apart
+    float area;        // of a circle that is a pixel wide, or the aperture in it: pixels
     u32 state_row;     // row of the planes that the state's first row belongs to
     u32 state_plane;   // elements from plane to plane of the state
 } blur_params;
-PARAMS(blur_params, 64)
+PARAMS(blur_params, 68)
 
 // One layer of circle of confusion, or the first of several, and the tiles that one launch computes.
 typedef struct {

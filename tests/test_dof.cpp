@@ -487,6 +487,20 @@ TEST_CASE("dof: no pixel beside an antialiased edge is darker or lighter than bo
     CHECK(worst <= most);
 }
 
+TEST_CASE("dof: an antialiased edge has the same bits whether red or blue comes first", "[dof]") {
+    for (const double angle : {0.3, 0.79, 2.0}) {
+        const Picture picture = Antialiased{angle, 0.1, -12, 4, 1.5}.picture();
+        const auto turned = [](std::vector<float> color) {
+            for (std::size_t i = 0; i < color.size(); i += 3)
+                std::swap(color[i], color[i + 2]);
+            return color;
+        };
+        Picture blue_first = picture;
+        blue_first.color = turned(picture.color);
+        CHECK(same_bits(turned(blurred(blue_first)), blurred(picture)));
+    }
+}
+
 // Beside a foreground of circle c, a sharp wall shows what the disc of diameter c leaves open. The pixels beyond the edge had
 // up to a half of the foreground's colour, which made a dashed outline: they were off by 0.18.
 TEST_CASE("dof: an antialiased foreground leaves no outline on the sharp wall behind it", "[dof]") {
@@ -508,6 +522,37 @@ TEST_CASE("dof: an antialiased foreground leaves no outline on the sharp wall be
         std::printf("dof, %s, a wall beyond an antialiased edge: off by %.4f\n", name, worst);
         INFO(name);
         CHECK(worst <= most);
+    }
+}
+
+// Depth that ends before its picture's edge leaves a seam of the foreground's colour on the sharp wall. A pixel more covers it at
+// any angle: along a diagonal its disc reaches 0.71 pixels.
+TEST_CASE("dof: a foreground that is grown covers its picture where its depth ends before it", "[dof]") {
+    constexpr double most = 0.05, least_without = 0.15; // most: of the antialiased edge above
+    for (const double angle : {0.0, 0.46, 0.79, 2.0}) {
+        const Antialiased edge{angle, 0.1, -30, 0, 1}, inside{angle, -0.6, -30, 0, 1};
+        Picture picture = edge.picture();
+        picture.depth = inside.picture().depth;
+        const auto off = [&](int pixels) {
+            Picture grown = picture;
+            const Image depth =
+                Image::from_host(default_device(), Element::f32, picture.depth.data(), {picture.width, picture.height});
+            grown.depth = floats(grow_foreground({depth, camera_of(picture.width, picture.height)}, pixels).image);
+            const auto got = blurred(grown);
+            double worst = 0;
+            for (int y = 24; y < 56; ++y)
+                for (int x = 24; x < 56; ++x)
+                    if (edge.distance(x, y) > -2) {
+                        const double covered = half_plane(-edge.distance(x, y) / 15);
+                        const double truth = 0.2 * covered + 0.8 * (1 - covered);
+                        worst = std::max(worst, std::abs(first_channel(got, 2 * Antialiased::half, x, y) - truth));
+                    }
+            return worst;
+        };
+        const double without = off(0), with = off(1);
+        std::printf("dof, depth 0.7 pixels inside its edge: off by %.3f, grown by a pixel %.3f\n", without, with);
+        CHECK(without >= least_without);
+        CHECK(with <= most);
     }
 }
 
@@ -537,6 +582,88 @@ TEST_CASE("dof: in a focus pull nothing jumps where circles pass one pixel", "[d
                     before = got;
                 }
             }
+}
+
+// A lamp on a slope of up to 2 pixels of circle a pixel. Whether a pixel of it was taken for an edge depended on whether its circle
+// was one pixel or less, so that the colour of what lies behind jumped by up to 0.88.
+TEST_CASE("dof: in a focus pull no lamp on a slope jumps if accurate", "[dof]") {
+    constexpr int half = 20;
+    constexpr double lamp = 4, most_change = 0.06 * lamp;
+    double worst = 0;
+    for (const double slope : {-2.0, -1.5, 1.0, 1.5}) {
+        std::vector<float> before;
+        for (int frame = 0; frame < 25; ++frame) {
+            const Picture picture(
+                2 * half, 2 * half, [&](int, int y) { return -2.70 + 0.01 * frame - slope * (y - half); },
+                [&](int x, int y) { return std::max(std::abs(x - half), std::abs(y - half)) <= 1 ? lamp : 0.0; });
+            const auto got = blurred(picture, {.quality = Quality::accurate});
+            for (std::size_t i = 0; i < before.size(); ++i)
+                worst = std::max(worst, static_cast<double>(std::abs(got[i] - before[i])));
+            before = got;
+        }
+    }
+    std::printf("dof, accurate, a lamp on a slope in a focus pull: changes by %.3f at most\n", worst);
+    CHECK(worst <= most_change);
+}
+
+// A blurred foreground before a sharp sphere, and a blurred wall of lamps behind both: the wall went on behind the foreground where
+// the sphere does, as a block with hard edges, up to 0.54 of the lamps away from its neighbours. The truth looks through points of
+// the lens.
+TEST_CASE("dof: no block of a bright wall stands where a foreground hides something sharp", "[dof]") {
+    constexpr int size = 160, margin = 20, points = 16, around = 3;
+    constexpr double lamp = 4, most = 0.25 * lamp; // beyond the largest step of the truth within `around` pixels
+    const auto is_blob = [](double x, double y) { return std::hypot(x - 85, y - 80) < 22; };
+    const auto is_arm = [](double x, double y) {
+        return (x - 110) * 0.6 - (y - 70) * 0.8 > 0 ||
+               (std::abs((x - 80) * 0.7 + (y - 90) * 0.7) < 14 && (x - 80) * 0.7 - (y - 90) * 0.7 > -25);
+    };
+    const auto is_sphere = [](double x, double y) { return std::hypot(x - 50, y - 105) < 26; };
+    const auto wall = [](double x, double y) {
+        return static_cast<int>(std::floor(x / 24) + std::floor(y / 24)) % 2 != 0 ? lamp : 0.3;
+    };
+    for (const std::function<bool(double, double)>& is_near :
+         {std::function<bool(double, double)>(is_blob), std::function<bool(double, double)>(is_arm)}) {
+        constexpr double near_circle = -30, wall_circle = 12;
+        const auto seen = [&](double x, double y, double u, double v) { // through a point of the lens
+            return is_near(x + u * near_circle / 2, y + v * near_circle / 2) ? 0.3
+                   : is_sphere(x, y)                                         ? 0.6
+                                     : wall(x + u * wall_circle / 2, y + v * wall_circle / 2);
+        };
+        const Picture picture(
+            size, size, [&](int x, int y) { return is_near(x, y)     ? near_circle
+                                                   : is_sphere(x, y) ? 0
+                                                                     : wall_circle; },
+            [&](int x, int y) { return seen(x, y, 0, 0); });
+        std::vector<double> truth;
+        for (int i = 0; i < size * size; ++i) {
+            double sum = 0, count = 0;
+            for (int k = 0; k < points * points; ++k) {
+                const double u = (2 * (k % points) + 1.0) / points - 1, v = (2 * (k / points) + 1.0) / points - 1;
+                if (u * u + v * v > 1)
+                    continue;
+                sum += seen(i % size, i / size, u, v);
+                ++count;
+            }
+            truth.push_back(sum / count);
+        }
+        const auto got = blurred(picture);
+        const auto steps = [](const auto& value, int x, int y) {
+            return std::max(std::abs(value(x + 1, y) - value(x, y)), std::abs(value(x, y + 1) - value(x, y)));
+        };
+        const auto of_truth = [&](int x, int y) { return truth[static_cast<std::size_t>(y * size + x)]; };
+        const auto of_got = [&](int x, int y) { return first_channel(got, size, x, y); };
+        double worst = 0;
+        for (int y = margin; y < size - margin; ++y)
+            for (int x = margin; x < size - margin; ++x) {
+                double allowed = 0;
+                for (int j = -around; j <= around; ++j)
+                    for (int i = -around; i <= around; ++i)
+                        allowed = std::max(allowed, steps(of_truth, x + i, y + j));
+                worst = std::max(worst, steps(of_got, x, y) - allowed);
+            }
+        std::printf("dof, behind a foreground: a step of %.3f beyond those of the truth\n", worst);
+        CHECK(worst <= most);
+    }
 }
 
 // A pole leaves the lens open on both sides: no half-plane, and a moment that says little.

@@ -108,7 +108,8 @@ TEST_CASE("ignore_pixels: refuses a mask of another size, and integers that leav
 }
 
 // The oracle: the least distance in double over all pixels whose centres are near enough, and whose value that is.
-TEST_CASE("grow_foreground: a pixel takes the nearest surface within so many pixels, and regions agree", "[linearize]") {
+TEST_CASE("grow_foreground: a pixel takes the nearest surface within so many pixels, and regions agree",
+          "[linearize]") {
     constexpr int width = 47, height = 29;
     const Device device = oracle::device();
     std::mt19937 random(11);

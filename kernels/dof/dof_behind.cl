@@ -117,8 +117,9 @@ INLINE size_t nearest_behind(__global const float* layers, __global const float*
     return found;
 }
 
-// Is a pixel's colour between those of the nearest surface beside it and of a pixel farther in?
-INLINE bool mixed(__global const float* planes, const blur_params* p, size_t border, size_t inside) {
+// How far a pixel beside something nearer is mixed with it: not at all where its colour is not between those of the nearest
+// surface beside it and of a pixel farther in. What dof_inner.cl takes for inside changes at once, and this by and by.
+INLINE float mixed(__global const float* planes, const blur_params* p, size_t border, size_t inside) {
     const int row = (int)(border / p->stride);
     size_t nearest = border;
     for (int j = row > 0 ? -1 : 0; j <= (row + 1 < (int)p->rows ? 1 : 0); ++j) {
@@ -132,9 +133,11 @@ INLINE bool mixed(__global const float* planes, const blur_params* p, size_t bor
         const float here = planes[k * p->plane + border], one = planes[k * p->plane + nearest],
                     other = planes[k * p->plane + inside];
         if (here < min(one, other) || here > max(one, other))
-            return false;
+            return 0.0f;
     }
-    return true;
+    const float before = planes[nearest], layer = planes[border];
+    return rising(layer - before, JUMP, JUMP + 1.0f) *
+           rising(excess_of(layer, p) - excess_of(before, p), APART, APART + 1.0f);
 }
 
 KERNEL void dof_behind(__global float* planes, __global const float* inner, __global const float* blocks,
@@ -168,13 +171,15 @@ KERNEL void dof_behind(__global float* planes, __global const float* inner, __gl
                                     at, layer);
             if (border != at)
                 found = nearest_behind(inner, blocks, &p, &b, &within, column, row, at, layer);
-            if (found == at || !mixed(planes, &p, border, found))
+            if (found == at)
                 found = border;
         }
-        second[at] = found == at ? NOWHERE : planes[found];
+        const float part = found == border ? 0.0f : mixed(planes, &p, border, found);
+        const float behind = fma(part, planes[found] - planes[border], planes[border]);
+        second[at] = found == at ? NOWHERE : floor(fma(behind, 512.0f, 0.5f)) * 0x1p-9f; // as dof_planes.cl has layers
         for (uint k = 1; k <= CHANNELS; ++k) {
-            const float color =
-                fma(OF_BORDER, planes[k * p.plane + border] - planes[k * p.plane + found], planes[k * p.plane + found]);
+            const float own = planes[k * p.plane + border];
+            const float color = fma((1.0f - OF_BORDER) * part, planes[k * p.plane + found] - own, own);
             second[k * p.plane + at] = found == at ? 0.0f : color;
         }
     }

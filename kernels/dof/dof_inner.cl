@@ -3,8 +3,6 @@
 
 #include "dof/tiles.h"
 
-#define APART 2.0f // pixels that a slope's circles do not differ by from one pixel to the next
-
 KERNEL void dof_inner(__global const float* planes, __global float* inner, __global float* blocks, const blur_params p,
                         const behind_params b) {
     const uint column = get_global_id(0), row = get_global_id(1);
@@ -22,7 +20,7 @@ KERNEL void dof_inner(__global const float* planes, __global float* inner, __glo
                     nearest = other >= 0.0f ? min(nearest, other) : nearest;
                 }
             }
-            const float layer = here > nearest + JUMP && circle_of(here, &p) > circle_of(nearest, &p) + APART ? NOWHERE : here;
+            const float layer = here > nearest + JUMP && excess_of(here, &p) > excess_of(nearest, &p) + APART ? NOWHERE : here;
             inner[at] = layer;
             farthest = max(farthest, here);
             farthest_inner = max(farthest_inner, layer);

@@ -4,17 +4,16 @@
 
 #include "dof/mixed.h"
 
-// Are there neighbours beside whose circles this one's may lie beyond an edge, or before it under `gain`?
-INLINE intV may_be_edge(__global const float* planes, const blur_params* p, size_t at, uint row, uint gain) {
-    const floatV here = LOAD(float, planes + at);
-    floatV other = here;
-    for (int dy = row > 0 ? -1 : 0; dy <= (row + 1 < p->rows ? 1 : 0); ++dy) {
-        for (int dx = -1; dx <= 1; ++dx) {
-            const floatV one = LOAD(float, planes + (size_t)((long)at + dy * (long)p->stride + dx));
-            other = gain ? max(other, one) : select(other, min(other, one), one >= 0.0f);
-        }
+// The nearest circle of three columns, or the farthest one.
+INLINE floatV beside(__global const float* planes, const blur_params* p, size_t at, int row, bool farthest) {
+    floatV found = farthest ? -INFINITY : INFINITY;
+    if (row < 0 || row >= (int)p->rows)
+        return found;
+    for (int dx = -1; dx <= 1; ++dx) {
+        const floatV one = LOAD(float, planes + (size_t)((long)at + dx));
+        found = farthest ? max(found, one) : min(found, select((floatV)INFINITY, one, one >= 0.0f));
     }
-    return (here >= 0.0f) & (fabs(other - here) > p->per_octave * 0.0625f);
+    return found;
 }
 
 // Has light been taken from a pixel?
@@ -29,48 +28,80 @@ INLINE bool has_lost(__global const float* planes, __global const ELEMENT_TYPE* 
     return any_lost;
 }
 
-KERNEL void dof_unmix(__global float* planes, __global const ELEMENT_TYPE* color, __global float* state,
-                      const grid_params grid, const blur_params p, const unmix_params u) {
-    const uint first = get_global_id(0) * V, row = get_global_id(1);
-    if (first >= p.columns)
-        return;
-    const size_t begin = in_planes(&p, 0, first, row);
-    const intV some = may_be_edge(planes, &p, begin, row, u.gain);
-    if (!any_of(some))
-        return;
+// One row of V pixels of a tile, of which `some` may lie beyond an edge, or before it under `gain`. Has any light moved?
+INLINE bool unmix(__global float* planes, __global const ELEMENT_TYPE* color, __global float* state,
+                  const grid_params* grid, const blur_params* p, uint gain, int first, int row, intV some) {
+    const size_t begin = in_planes(p, 0, (uint)first, (uint)row);
     const uint_lanes lanes = as_uintV(some);
+    bool any = false;
     for (int i = 0; i < V; ++i) {
         if (!((const uint*)&lanes)[i])
             continue;
-        const int column = (int)first + i;
-        const edge_at e = edge_around(planes, &p, column, (int)row);
+        const int column = first + i;
+        const edge_at e = edge_around(planes, p, column, row);
         across_edge way;
         float light[CHANNELS];
-        if (u.gain) {
+        if (gain) {
             const light_parts parts = parts_of_light(&e);
             if (!(parts.moves > 0.0f))
                 continue;
             for (int n = 0; n < 9; ++n) {
-                const int x = column + n % 3 - 1, y = (int)row + n / 3 - 1;
-                if (!(e.excess[n] > e.excess[HERE]) || !has_lost(planes, color, &grid, &p, x, y, light))
+                const int x = column + n % 3 - 1, y = row + n / 3 - 1;
+                if (!(e.excess[n] > e.excess[HERE]) || !has_lost(planes, color, grid, p, x, y, light))
                     continue;
-                const edge_at beyond = edge_around(planes, &p, x, y);
-                if (beyond.side > 0 && find_across(&beyond, &way) && x + way.to_x == column && y + way.to_y == (int)row)
+                const edge_at beyond = edge_around(planes, p, x, y);
+                if (beyond.side > 0 && find_across(&beyond, &way) && x + way.to_x == column && y + way.to_y == row)
                     for (uint k = 0; k < CHANNELS; ++k)
-                        planes[(k + 1) * p.plane + begin + i] += parts.moves / (parts.moves + parts.stays) * light[k];
+                        planes[(k + 1) * p->plane + begin + i] += parts.moves / (parts.moves + parts.stays) * light[k];
             }
             continue;
         }
         if (e.side <= 0 || !find_across(&e, &way) ||
-            !light_of_nearer(planes, color, &grid, &p, column, (int)row, &e, &way, light))
+            !light_of_nearer(planes, color, grid, p, column, row, &e, &way, light))
             continue;
-        const edge_at nearer = edge_around(planes, &p, column + way.to_x, (int)row + way.to_y);
+        const edge_at nearer = edge_around(planes, p, column + way.to_x, row + way.to_y);
         const light_parts parts = parts_of_light(&nearer);
-        const bool laid = row >= p.state_row && row - p.state_row < p.state_plane / p.stride;
+        const bool laid = row >= (int)p->state_row && (uint)row - p->state_row < p->state_plane / p->stride;
+        any |= parts.moves > 0.0f;
         for (uint k = 0; k < CHANNELS; ++k) {
-            planes[(k + 1) * p.plane + begin + i] -= (parts.moves + parts.stays) * light[k];
+            planes[(k + 1) * p->plane + begin + i] -= (parts.moves + parts.stays) * light[k];
             if (laid)
-                state[(k + 1) * p.state_plane + in_state(&p, begin + i)] = parts.stays * light[k];
+                state[(k + 1) * p->state_plane + in_state(p, begin + i)] = parts.stays * light[k];
         }
     }
+    return any;
+}
+
+KERNEL void dof_unmix(__global float* planes, __global const ELEMENT_TYPE* color, __global float* state,
+                      __global uint* tiles, const grid_params grid, const blur_params p, const unmix_params u) {
+    const int count = (int)(p.columns / dof_tile_columns), across = get_global_id(0), down = get_global_id(1);
+    if (across >= count)
+        return;
+    if (u.gain) {
+        bool near = false; // has a tile around it lost any light?
+        for (int y = max(down - 1, 0); y <= min(down + 1, (int)(p.rows / dof_tile_rows) - 1); ++y)
+            for (int x = max(across - 1, 0); x <= min(across + 1, count - 1); ++x)
+                near |= tiles[y * count + x] != 0;
+        if (!near)
+            return;
+    }
+    bool any = false;
+    const int top = down * dof_tile_rows;
+    for (int first = across * dof_tile_columns; first < (across + 1) * dof_tile_columns; first += V) {
+        const size_t at = in_planes(&p, 0, (uint)first, (uint)top);
+        floatV above = beside(planes, &p, at - p.stride, top - 1, u.gain), same = beside(planes, &p, at, top, u.gain);
+        for (int y = 0; y < dof_tile_rows; ++y) {
+            const size_t begin = at + (size_t)y * p.stride;
+            const floatV below = beside(planes, &p, begin + p.stride, top + y + 1, u.gain),
+                         here = LOAD(float, planes + begin),
+                         other = u.gain ? max(max(above, same), below) : min(min(above, same), below);
+            const intV some = (here >= 0.0f) & (fabs(other - here) > p.per_octave * 0.0625f);
+            if (any_of(some))
+                any |= unmix(planes, color, state, &grid, &p, u.gain, first, top + y, some);
+            above = same;
+            same = below;
+        }
+    }
+    if (!u.gain)
+        tiles[down * count + across] = any;
 }

@@ -14,6 +14,8 @@
 #define HIGHLIGHTS (2 + CHANNELS + FILL * (2 + CHANNELS))
 #define PLANES (HIGHLIGHTS + BRIGHT * CHANNELS + MOMENT)
 
+#define KNOWN 0.1667f // of an aperture: where less is known, a layer does not stand for all that the foreground hides
+
 // 16 pixels at once, whatever V is: the order of a sum decides its bits.
 typedef float16 __attribute__((aligned(4))) float16_anywhere;
 #define LOAD_16(pointer) (*(__global const float16_anywhere*)(pointer))
@@ -85,9 +87,12 @@ INLINE void add_pixels(float16* value, __global const float* here, float layer, 
 }
 
 // Lays the layer's part of a row of pixels over what was seen before it.
+// `known` is not 0 where the pixel itself belongs to the foreground. It is the part of what the layer covers that it is known
+// to: where an aperture hardly reaches beyond what hides it, another surface beside may go on there as well.
 // `wide` is not 0 where the pixel itself belongs to the foreground, its circle is smaller than the layer's, and no
 // clean plate shows what the foreground hides. It is 1 from one layer of difference on.
-INLINE void composite(__global float* here, uint plane, bool follows, const floatV* sum, const floatV* wide) {
+INLINE void composite(__global float* here, uint plane, bool follows, const floatV* sum, const floatV* known,
+                      const floatV* wide) {
     __global float* before = here + (2 * CHANNELS + 2) * plane;
     __global float* left_to_wide = before + plane;
     const floatV through = LOAD(float, here);
@@ -97,6 +102,8 @@ INLINE void composite(__global float* here, uint plane, bool follows, const floa
     if (!any_of(some))
         return;
     floatV seen = select((floatV)0.0f, min(through, through_far * (sum[0] / sum[1])), some);
+    if (known)
+        seen *= *known;
     if (wide) {
         const floatV left = LOAD(float, left_to_wide);
         seen = fma(*wide, min(seen, max(left, 0.0f)) - seen, seen);
@@ -145,7 +152,10 @@ INLINE void lay(const layer_at* s, __global float* state, size_t at, const float
     unknown &= LOAD(float, s->planes + (1 + CHANNELS) * s->p->plane + at) < 0.0f;
 #endif
     const floatV wide = select((floatV)0.0f, min(max(s->layer - alike + 1.0f, 0.0f), 1.0f), unknown);
-    composite(state + in_state(s->p, at), s->p->state_plane, s->follows, sum, s->has_foreground && s->layer > middle ? &wide : 0);
+    const float circle = excess_of(s->layer, s->p) + 1.0f, enough = KNOWN * s->p->area * circle * circle;
+    const floatV known = select((floatV)1.0f, min(sum[1] / enough, 1.0f), unknown);
+    const bool limited = s->has_foreground && s->layer > middle;
+    composite(state + in_state(s->p, at), s->p->state_plane, s->follows, sum, limited ? &known : 0, limited ? &wide : 0);
 }
 
 // Stores T for the next layer, which reads the T from before this layer. This layer adds nothing here.

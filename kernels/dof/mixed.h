@@ -21,22 +21,6 @@
 #define MOVES_ALL_PX 7.0f  // from circles larger than a pixel by this on all light moves to the foreground; of smaller ones a part
                            // that grows with their area, since a pixel's way shows
 
-// Circles less a pixel, with their sign: 0 for what is in focus. They grow with the layer.
-INLINE float4 excess_of_4(float4 layer, const blur_params* p) {
-    const float4 away = fabs(layer - (float)p->middle) * (1.0f / p->per_octave), octave = floor(away);
-    const float4 power = as_float4((convert_int4(octave) + 127) << 23);
-    const float4 size = power * (1.0f + p->offset) * (1.0f + (away - octave)) - (p->offset + 1.0f);
-    return select(size, -size, layer < (float)p->middle);
-}
-
-INLINE float excess_of(float layer, const blur_params* p) {
-    return excess_of_4((float4)(layer), p).x;
-}
-
-INLINE float rising(float x, float from, float to) {
-    return min(max((x - from) / (to - from), 0.0f), 1.0f);
-}
-
 INLINE float layer_at(__global const float* planes, const blur_params* p, int column, int row) {
     if (row < 0 || row >= (int)p->rows)
         return NOWHERE;
@@ -87,7 +71,10 @@ INLINE void color_at(__global const ELEMENT_TYPE* color, const grid_params* grid
         value[k] = read_element(color, at + k);
 }
 
-#define COLORS (CHANNELS < 3 ? CHANNELS : 3)
+// Of three colours: the same for red first and blue first.
+INLINE float product_of(const float* a, const float* b) {
+    return fma(a[1], b[1], a[0] * b[0] + a[2] * b[2]);
+}
 
 // Ways from a pixel beyond an edge.
 typedef struct {
@@ -154,25 +141,24 @@ INLINE bool light_of_nearer(__global const float* planes, __global const ELEMENT
     color_at(color, grid, p, column + way->one_x, row + way->one_y, far);
     color_at(color, grid, p, column + (deep ? -way->two_x : way->to_x),
              row + (deep ? -way->two_y : way->to_y), near);
-    float along = 0.0f, length = 0.0f; // of the colours: an alpha follows them
-    for (int k = 0; k < COLORS; ++k) {
-        along = fma(here[k] - far[k], near[k] - far[k], along);
-        length = fma(near[k] - far[k], near[k] - far[k], length);
+    for (int k = 0; k < CHANNELS; ++k) {
+        here[k] -= far[k];
+        near[k] -= far[k];
     }
+    const float along = product_of(here, near), length = product_of(near, near); // an alpha follows the colours
     if (!(along > 0.0f && length < INFINITY))
         return false;
     const float part = along / length;
-    float off = 0.0f;
-    for (int k = 0; k < COLORS; ++k) {
-        const float beside = fma(-part, near[k] - far[k], here[k] - far[k]);
-        off = fma(beside, beside, off);
-    }
+    float beside[3];
+    for (int k = 0; k < 3; ++k)
+        beside[k] = fma(-part, near[k], here[k]);
+    const float off = product_of(beside, beside);
     const float its = min(part, 1.0f) * blurred * (1.0f - rising(off / length, OFF_LINE, OFF_LINE_END)) *
                       (1.0f - rising(part, MOST_PART, MOST_PART_END));
     if (!(its > 0.0f))
         return false;
     for (int k = 0; k < CHANNELS; ++k)
-        light[k] = its * (near[k] - far[k]);
+        light[k] = its * near[k];
     return true;
 }
 

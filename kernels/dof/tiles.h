@@ -9,6 +9,7 @@
 
 #define NOWHERE -1e6f // the layer of a pixel that takes part in no layer
 #define JUMP 2.0f     // layers: a surface's neighbours in depth are not behind it
+#define APART 2.0f    // pixels that a slope's circles do not differ by from one pixel to the next
 #define SLOPE 4.0f    // layers more, over which what a slope hides of its own pixels comes into view
 
 // Bits of a tile's last word that are no layer: some colour lies beyond the knee; some neighbours of one another do not lie on
@@ -35,6 +36,22 @@ INLINE float circle_of(float layer, const blur_params* p) {
     const float away = fabs(layer - (float)p->middle) / p->per_octave, octave = floor(away);
     const float size = away > 0.0f ? ldexp(1.0f + (away - octave), (int)octave) : 0.0f;
     return layer < (float)p->middle ? -size : size;
+}
+
+// Circles less a pixel, with their sign: 0 for what is in focus. They grow with the layer.
+INLINE float4 excess_of_4(float4 layer, const blur_params* p) {
+    const float4 away = fabs(layer - (float)p->middle) * (1.0f / p->per_octave), octave = floor(away);
+    const float4 power = as_float4((convert_int4(octave) + 127) << 23);
+    const float4 size = power * (1.0f + p->offset) * (1.0f + (away - octave)) - (p->offset + 1.0f);
+    return select(size, -size, layer < (float)p->middle);
+}
+
+INLINE float excess_of(float layer, const blur_params* p) {
+    return excess_of_4((float4)(layer), p).x;
+}
+
+INLINE float rising(float x, float from, float to) {
+    return min(max((x - from) / (to - from), 0.0f), 1.0f);
 }
 
 // What layer k finds in a row of tiles, `pad` columns around a tile. 2: pixels of its own; 1: only pixels that are not

@@ -30,7 +30,7 @@ struct DofArguments : DepthOptions {
     bool explain = false;
     PictureOptions picture;
     double highlights = 1;
-    bool fill = false; // invalid depths?
+    bool fill = false;                  // invalid depths?
     std::optional<int> grow_foreground; // by so many pixels
     std::optional<std::string> clean_plate, clean_plate_depth;
     std::optional<Packing> packing; // of the depths, as the camera file says

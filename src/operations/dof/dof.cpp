@@ -7,6 +7,7 @@
 #include "description/dof.hpp"
 #include "operations/bands.hpp"
 #include "operations/cheapest.hpp"
+#include "operations/dof/dof_aperture.hpp"
 #include "operations/dof/dof_layers.hpp"
 #include "operations/dof_masks/circle.hpp"
 #include "operations/parameters.hpp"
@@ -56,7 +57,13 @@ void check(const StoredDepth& stored, const Image& color, const DofOptions& opti
                            " in a row");
 }
 
-params::blur_params blur_parameters(const Tile& tile, const LayerScale& scale, double largest) {
+// As a float, the aspect of a circle is the same on every host: long double and its tangents are not.
+float aspect_of(const Camera& camera) {
+    const PixelScale pixels = pixel_scale(camera);
+    return static_cast<float>(pixels.y / pixels.x);
+}
+
+params::blur_params blur_parameters(const Tile& tile, const LayerScale& scale, const DofOptions& options) {
     const Region& pixels = tile.pixels;
     const int left = pixels.x % params::dof_tile_columns, top = pixels.y % params::dof_tile_rows;
     const auto whole = [](int size, int tile) { return (size + tile - 1) / tile * tile; };
@@ -74,8 +81,9 @@ params::blur_params blur_parameters(const Tile& tile, const LayerScale& scale, d
             .per_octave = static_cast<float>(scale.spacing.per_octave),
             .offset = static_cast<float>(scale.spacing.offset),
             .bend = static_cast<float>(scale.spacing.bend),
-            .largest = static_cast<float>(largest),
+            .largest = static_cast<float>(options.max_coc_px),
             .knee = knee,
+            .area = static_cast<float>(aperture_area(options.aperture) / 4) * aspect_of(tile.camera),
             .state_row = 0,
             .state_plane = static_cast<u32>(stride) * static_cast<u32>(rows)};
 }
@@ -215,8 +223,8 @@ void cut_into_planes(const Blur& blur, const StoredDepth& stored, const Image& c
 void unmix(const Blur& blur, const Image& color) {
     for (const u32 gain : {0u, 1u})
         runtime::launch(blur.device, blur.kernel("dof_unmix", {{"ELEMENT", element_define(color.element())}}),
-                        {blur.vectors(blur.p.columns), blur.p.rows}, blur.planes, color, blur.state, grid(color, color),
-                        blur.p, params::unmix_params{.gain = gain});
+                        {static_cast<std::size_t>(blur.across()), static_cast<std::size_t>(blur.down())}, blur.planes,
+                        color, blur.state, blur.tiles, grid(color, color), blur.p, params::unmix_params{.gain = gain});
 }
 
 void cut_into_surfaces(const Blur& blur, const StoredDepth& stored, const Image& color, const CircleOfConfusion& coc,
@@ -340,12 +348,6 @@ void blur_band(const Blur& call, const StoredDepth& stored, const Image& color, 
                     result, grid(color, result), call.p);
 }
 
-// As a float, the aspect of a circle is the same on every host: long double and its tangents are not.
-float aspect_of(const Camera& camera) {
-    const PixelScale pixels = pixel_scale(camera);
-    return static_cast<float>(pixels.y / pixels.x);
-}
-
 LayerScale scale_of(const DofOptions& options) {
     return layer_scale(layer_spacing(std::get<Quality>(options.quality), options.aperture), options.max_coc_px);
 }
@@ -386,7 +388,7 @@ void blur_circles(const StoredDepth& stored, const Image& color, const Image& re
     const Device& device = stored.image.device();
     const Quality quality = std::get<Quality>(options.quality);
     const LayerScale scale = scale_of(options);
-    const params::blur_params whole = blur_parameters(stored, scale, options.max_coc_px);
+    const params::blur_params whole = blur_parameters(stored, scale, options);
     const int channels = color.channels();
     Blur call{device,
               whole,
@@ -452,7 +454,7 @@ void blur_circles(const StoredDepth& stored, const Image& color, const Image& re
         DofOptions here_options = options;
         if (options.clean_plate)
             here_options.clean_plate = CleanPlate{part(options.clean_plate->color), part(options.clean_plate->depth)};
-        call.p = blur_parameters(here, scale, options.max_coc_px);
+        call.p = blur_parameters(here, scale, options);
         call.p.state_row = to_u32(tile_rows * (band.begin - band.first));
         call.p.state_plane = whole.stride * to_u32(tile_rows * (band.end - band.begin));
         blur_band(call, here, part(color), part(result), coc, here_options, plan);
@@ -535,7 +537,7 @@ Reach reach(const Tile& tile, const DofOptions& asked, double widest_coc_px) {
 std::size_t bytes(const Tile& tile, int channels, const DofOptions& asked, double widest_coc_px) {
     const DofOptions options = settled(tile, asked);
     const RowNeeds rows =
-        rows_of(blur_parameters(tile, scale_of(options), options.max_coc_px), plane_counts(channels, options),
+        rows_of(blur_parameters(tile, scale_of(options), options), plane_counts(channels, options),
                 aspect_of(tile.camera), pixels_beyond(options, std::min(widest_coc_px, options.max_coc_px)));
     constexpr DofBytes allowed;
     const std::vector<Band> all = bands(rows, allowed.band);

@@ -300,6 +300,10 @@ ApertureShape narrowed(const Aperture& aperture, double variance) {
 
 } // namespace
 
+double aperture_area(const Aperture& aperture) {
+    return area_of(aperture_shape_of(aperture));
+}
+
 double least_cells(const Aperture& aperture, Quality quality) {
     const double round = quality == Quality::fast ? 5 : 7;
     if (aperture.blades == 0)

@@ -27,6 +27,9 @@ bool is_round(const Aperture& aperture);
 /// Half the shorter axis of the unit aperture: 1 except for an ellipse.
 double thinnest(const Aperture& aperture);
 
+/// Of the unit aperture: pi for a circle.
+double aperture_area(const Aperture& aperture);
+
 /// `circle` in horizontal pixels, its sign that of the circle of confusion: before the focus the aperture is upside down.
 /// `aspect`: a circle's height over its width. `upright`: is row 0 on top? `quality`: fast rounds spans of smaller circles to
 /// whole pixels. Pure: no device.
