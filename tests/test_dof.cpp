@@ -488,8 +488,11 @@ TEST_CASE("dof: no pixel beside an antialiased edge is darker or lighter than bo
 }
 
 TEST_CASE("dof: an antialiased edge has the same bits whether red or blue comes first", "[dof]") {
+    std::mt19937 random(2);
     for (const double angle : {0.3, 0.79, 2.0}) {
-        const Picture picture = Antialiased{angle, 0.1, -12, 4, 1.5}.picture();
+        Picture picture = Antialiased{angle, 0.1, -12, 4, 1.5}.picture();
+        for (float& value : picture.color) // so that sums are rounded
+            value *= 1 + 0.01f * static_cast<float>(random() % 1000) / 1000;
         const auto turned = [](std::vector<float> color) {
             for (std::size_t i = 0; i < color.size(); i += 3)
                 std::swap(color[i], color[i + 2]);
