@@ -605,6 +605,27 @@ TEST_CASE("program: without a linker PoCL runs the kernels that it has, and one 
     Arguments floats = linearize.arguments;   // other choices of a kernel that is there
     floats[1] = depth_file(folder, "depth.pfm");
     check_refused(without(floats), 3, line);
+    write(folder / "bin/ld", "#!/bin/sh\nexit 1\n"); // one that does nothing is none
+    fs::permissions(folder / "bin/ld", fs::perms::owner_all);
+    check_done(without(linearize.arguments));
+    check_refused(without(normals), 3, "the linker, " + folder / "bin/ld" + ", fails when it is asked for its version");
+}
+
+TEST_CASE("program: a folder of compiled kernels goes with a process that signals end") {
+    const Folder folder;
+    fs::create_directory(folder / "tmp");
+    const std::string camera = camera_file(folder), input = depth_file(folder, "depth.png", ramp(48, 32));
+    Run running({"ssao", input, "--camera", camera, "--radius", "1", "-o", folder / "out"},
+                {.before = {"env", "-u", "POCL_CACHE_DIR", "-u", "XDG_CACHE_HOME", "-u", "HOME", "-u",
+                            "XDG_RUNTIME_DIR", "TMPDIR=" + folder / "tmp"}});
+    for (int i = 0; i < 3000 && entries(folder / "tmp") == 0; ++i)
+        std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    std::this_thread::sleep_for(std::chrono::milliseconds(100)); // kernels are being compiled
+    running.send(SIGTERM);
+    running.send(SIGINT); // the first may only ask
+    const Outcome outcome = running.outcome();
+    CHECK(outcome.code != 0);
+    CHECK(entries(folder / "tmp") == 0);
 }
 
 TEST_CASE("program: want of room is not called want of a device") {

@@ -292,6 +292,45 @@ TEST_CASE("doubts: surfaces seen straight on tell distances along the ray from t
     }
 }
 
+TEST_CASE("doubts: flat surfaces tell a wrong encoding under noise, too, and never a right one") {
+    constexpr int columns = 400, rows = 300;
+    std::mt19937 random(3);
+    std::normal_distribution<double> noise;
+    int missed = 0, asked = 0;
+    for (const std::string kind : {"wall", "table", "room", "street"})
+        for (const double fov : {60, 90})
+            for (const double part : {0.0005, 0.001, 0.01}) {
+                INFO(kind << ", " << fov << " degrees, noise of " << part);
+                const double right = std::tan(fov * std::numbers::pi / 360), bottom = right * rows / columns;
+                const StraightOn scene = straight_on(kind, right, bottom, random);
+                std::vector<float> axis, ray, inverse;
+                for (int i = 0; i < columns * rows; ++i) {
+                    const double x = right * (2 * (i % columns + 0.5) / columns - 1),
+                                 y = bottom * (2 * (i / columns + 0.5) / rows - 1),
+                                 z = scene(x, y) * (1 + part * noise(random));
+                    axis.push_back(static_cast<float>(z));
+                    ray.push_back(static_cast<float>(z * std::sqrt(1 + x * x + y * y)));
+                    inverse.push_back(static_cast<float>(1 / z));
+                }
+                Camera camera = camera_of(Encoding::view_z, columns, rows);
+                camera.projection = perspective(2 * std::atan(bottom), static_cast<double>(columns) / rows, {0.1, 100});
+                const auto told = [&](Encoding encoding, const std::vector<float>& values) {
+                    camera.encoding = encoding;
+                    const std::vector<std::string> said = depth_doubts(camera, host(values, Storage::float32, columns));
+                    return std::ranges::any_of(said, [](const std::string& each) { return each.starts_with("flat"); });
+                };
+                CHECK(!told(Encoding::view_z, axis));
+                CHECK(!told(Encoding::ray_distance, ray));
+                CHECK(!told(Encoding::inverse, inverse));
+                if (part > 0.001) // which hides all but the largest surfaces
+                    continue;
+                missed += !told(Encoding::view_z, ray) + !told(Encoding::ray_distance, axis);
+                asked += 2;
+            }
+    std::cout << missed << " of " << asked << " wrong encodings of noisy depth are not told\n";
+    CHECK(8 * missed <= asked);
+}
+
 TEST_CASE("doubts: numbers that are no depth are told with their key, unless the camera says them", "[doubts]") {
     constexpr int columns = 320, rows = 240;
     Camera camera = camera_of(Encoding::view_z, columns, rows);
@@ -366,7 +405,24 @@ TEST_CASE("doubts: numbers that are no depth are told with their key, unless the
     CHECK(told(filtered, Storage::uint16) == "");
     for (std::size_t i = filtered.size() - 1; i > 0; --i)
         filtered[i] = std::round((filtered[i] + filtered[i - 1]) / 2);
-    CHECK(told(filtered, Storage::uint16).find("it was filtered or resized") != std::string::npos);
+    const std::string resized = "it was filtered or resized";
+    CHECK(told(filtered, Storage::uint16).find(resized) != std::string::npos);
+    camera.missing.reset();
+    camera.scale = 1;
+    const auto mixed = [&](double number, double (*stored)(double)) {
+        std::vector<double> values = with(number, stored);
+        for (std::size_t i = values.size() - 1; i > 0; --i)
+            values[i] = (values[i] + values[i - 1]) / 2;
+        return values;
+    };
+    for (const double number : {0.0, -1.0}) { // which nobody names
+        CHECK(told(mixed(number, metres), Storage::float32).find(resized) != std::string::npos);
+        CHECK(told(with(number, metres), Storage::float32).find(resized) == std::string::npos);
+    }
+    camera.encoding = Encoding::window;
+    const auto buffer = [](double z) { return (10 - 1 / z) / (10 - 0.01); };
+    CHECK(told(mixed(1, buffer), Storage::float32).find(resized) != std::string::npos);
+    CHECK(told(with(1, buffer), Storage::float32) == "");
 
     camera.scale = 1;
     camera.near_plane = 1;
@@ -376,6 +432,14 @@ TEST_CASE("doubts: numbers that are no depth are told with their key, unless the
     camera.encoding = Encoding::linear;
     CHECK(told(with(0, white_near), Storage::uint16).find("near is white: exchange \"near\" and \"far\"") !=
           std::string::npos);
+    camera.encoding = Encoding::inverse_range; // which has no far plane before the near one
+    camera.depth_range = {1, 0};
+    const auto inverse_range = [](double z) { return std::round((1 / z - 1 / 60.0) / (1 - 1 / 60.0) * 65535); };
+    CHECK(told(with(65535, [](double z) { return std::round(60000 * (1 - 1 / z)); }), Storage::uint16)
+              .find("say \"depth_range\": [") != std::string::npos);
+    CHECK(told(with(0, inverse_range), Storage::uint16) == "");
+    camera.depth_range = {0, 1};
+    camera.encoding = Encoding::linear;
     camera.near_plane = 60;
     camera.far_plane = 1;
     CHECK(told(with(0, white_near), Storage::uint16) == "");
@@ -443,6 +507,53 @@ TEST_CASE("doubts: the bits of half floats are told under any scale, and codes l
                     CHECK(!says(depth_doubts(camera, host(codes, Storage::uint16, room_width)), "half"));
                 }
             }
+}
+
+TEST_CASE("doubts: bits that are rotated are told wherever depth goes on beyond them, and no others") {
+    Camera camera = camera_of(Encoding::view_z, room_width, room_height);
+    camera.scale = 0.001;
+    camera.in_metres = true;
+    std::mt19937 random(6);
+    std::normal_distribution<double> noise;
+    const auto said = [&](const std::vector<std::uint16_t>& codes) {
+        return depth_doubts(camera, host(codes, Storage::uint16, room_width));
+    };
+    const auto millimetres = [&](double farthest, double part) {
+        return room_image(
+            [&](double z, int, int) { return std::round(std::min(1000 * z * (1 + part * noise(random)), farthest)); });
+    };
+    for (const double farthest : {7900.0, 10000.0, 16000.0})
+        for (const double part : {0.0, 0.002}) {
+            INFO(farthest << ", noise of " << part);
+            const auto right = millimetres(farthest, part);
+            auto rotated = right, turned = right, of_player = right;
+            for (auto& code : rotated)
+                code = std::rotl(code, 3);
+            for (auto& code : turned)
+                code = std::rotr(code, 3);
+            for (std::size_t i = 0; i < of_player.size(); ++i)
+                of_player[i] = static_cast<std::uint16_t>(std::min<int>(right[i], 8191) * 8 + (i % 320 / 40 == 3));
+            CHECK(!says(said(right), "rotated"));
+            CHECK(says(said(rotated), "\"packing\": \"uint16-rotated\""));
+            CHECK(says(said(turned), "leave out \"packing\""));
+            CHECK(says(said(of_player), "\"scale\": 0.000125"));
+            camera.scale = 0.000125;
+            CHECK(!says(said(of_player), "rotated"));
+            camera.scale = 0.001;
+        }
+    auto halves = room_image([](double z, int, int) { return 8200 + 2000 * z; });
+    for (auto& code : halves)
+        code = static_cast<std::uint16_t>(static_cast<float>(Eigen::half(static_cast<float>(code))));
+    CHECK(!says(said(halves), "multiples of 8"));
+}
+
+TEST_CASE("doubts: a scene on its near plane is told though a sky lies behind it") {
+    constexpr int columns = 320, rows = 240;
+    const Camera camera = camera_of(Encoding::window, columns, rows);
+    std::vector<float> values;
+    for (int i = 0; i < columns * rows; ++i)
+        values.push_back(i % 97 == 0 ? 0.999f : 1e-3f * static_cast<float>(i % 11));
+    CHECK(says(depth_doubts(camera, host(values, Storage::float32, columns)), "2 % of the near plane"));
 }
 
 TEST_CASE("doubts: three bytes in the other order are told, and in the right one not", "[doubts]") {

@@ -2,6 +2,7 @@
 #include "command.hpp"
 #include "program.hpp"
 
+#include "runtime/pocl.hpp"
 #include "shot/records/run_log.hpp"
 #include "terminal/interrupt.hpp"
 #include "terminal/messages.hpp"
@@ -74,7 +75,7 @@ void keep_freed_memory() {
 
 int main(int argc, char** argv) {
     keep_freed_memory();
-    watch_interrupts();
+    watch_interrupts(fathom::runtime::remove_folder_of_process);
     prepare_streams();
     remember_command_line(argc, argv);
     return guarded_run(argc, argv);

@@ -18,14 +18,16 @@
 namespace fathom {
 namespace {
 
-constexpr double many_invalid = 0.25; // a fraction of the pixels that is probably no accident
-constexpr float many_units = 100;     // no scene in metres begins so far away and is stored in whole metres
-constexpr double crowded = 1.2;       // no scene lies in the first fifth behind its near plane
-constexpr float few_units = 0.25f;    // no scene in metres ends so near
-constexpr float far_for_metres = 400; // no camera of a source that counts in metres sees nothing nearer
-constexpr double mostly_far = 0.8;    // what most values of a depth buffer exceed
-constexpr double past_a_plane = 0.1;  // of its distance; nothing that is rightly described lies so far beyond it
-constexpr double many_far = 0.001;    // the same for one value that is farther than all others
+constexpr double many_invalid = 0.25;  // a fraction of the pixels that is probably no accident
+constexpr float many_units = 100;      // no scene in metres begins so far away and is stored in whole metres
+constexpr double crowded = 1.2;        // no scene lies in the first fifth behind its near plane
+constexpr double hardly_behind = 0.02; // of its distance, a plane has no scene
+constexpr double nearly_all = 0.98;    // of the surfaces
+constexpr float few_units = 0.25f;     // no scene in metres ends so near
+constexpr float far_for_metres = 400;  // no camera of a source that counts in metres sees nothing nearer
+constexpr double mostly_far = 0.8;     // what most values of a depth buffer exceed
+constexpr double past_a_plane = 0.1;   // of its distance; nothing that is rightly described lies so far beyond it
+constexpr double many_far = 0.001;     // the same for one value that is farther than all others
 
 using Doubt = std::optional<std::string>;
 
@@ -176,6 +178,20 @@ Doubt range_doubt(const Subject& subject) {
     };
     if (look.surfaces() == 0)
         return std::nullopt;
+    // Some values may be farther, such as those of a sky.
+    if (near_end && static_cast<double>(look.farthest) >= *near_end * crowded &&
+        static_cast<double>(look.nearest) < *near_end * (1 + hardly_behind)) {
+        std::size_t crowd = 0;
+        const auto end = static_cast<float>(*near_end * (1 + hardly_behind));
+        subject.each([&](const HostDepth&, const HostFloats& z) {
+            for (int y = 0; y < z.height; ++y)
+                for (const float distance : row_of(z, y))
+                    crowd += distance < end;
+        });
+        if (static_cast<double>(crowd) > nearly_all * static_cast<double>(look.surfaces()))
+            return text(percent(crowd, look.surfaces()), " of the surfaces lie within ", number(100 * hardly_behind),
+                        " % of the near plane, ", number(*near_end, 4), "; do \"encoding\" and \"reversed\" fit?");
+    }
     if (near_end && static_cast<double>(look.farthest) < *near_end * crowded)
         return within(*near_end,
                       "; are the values distances (\"encoding\": \"view-z\"), or is \"reversed\" the wrong way "
@@ -392,28 +408,33 @@ std::vector<std::string> lens_doubts(const Camera& camera, const HostDepth& stor
 }
 
 std::vector<std::string> depth_doubts_of_sample(const Camera& camera, const HostDepth& stored) {
-    constexpr int most_crosses = 10; // in a row of them
+    constexpr int most_windows = 2, growth = 4, columns = 36, rows = 24;
     const auto decode = decoder(camera, stored);
-    Subject subject(camera, stored.storage, most_crosses);
+    Subject subject(camera, stored.storage, most_windows, growth);
+    const auto look_at = [&](int x, int y, const auto& put) {
+        visit_values(part_of(stored, x, y, 1, 1),
+                     [&](float value, std::uint32_t bits) { put(value, decode(x, y, value, bits)); });
+    };
+    for (Sampled& sampled : subject.windows)
+        for (int i = 0; i < Window::size; ++i)
+            look_at(sampled.window.x(i), sampled.window.y(i), [&](float value, float depth) {
+                sampled.values[static_cast<std::size_t>(i)] = value;
+                sampled.z[static_cast<std::size_t>(i)] = depth;
+            });
     std::vector<std::byte> pixels; // side by side, so that each of the questions goes through them at once
     std::vector<float> z;
-    for (Cross& cross : subject.crosses)
-        for (std::size_t i = 0; i < Cross::size; ++i) {
-            const HostDepth pixel = part_of(stored, cross.x[i], cross.y[i], 1, 1);
-            const auto* first = static_cast<const std::byte*>(pixel.data);
+    const int across = std::max(1, stored.width / columns), down = std::max(1, stored.height / rows);
+    for (int y = down / 2; y < stored.height; y += down)
+        for (int x = across / 2; x < stored.width; x += across) {
+            const auto* first = static_cast<const std::byte*>(part_of(stored, x, y, 1, 1).data);
             pixels.insert(pixels.end(), first, first + pixel_bytes(stored.storage));
-            visit_values(pixel, [&](float value, std::uint32_t bits) {
-                cross.values[i] = value;
-                cross.z[i] = decode(cross.x[i], cross.y[i], value, bits);
-            });
-            z.push_back(cross.z[i]);
+            look_at(x, y, [&](float, float depth) { z.push_back(depth); });
         }
     const HostDepth sampled{pixels.data(), static_cast<int>(z.size()), 1, pixels.size(), stored.storage};
     const HostFloats distances{z.data(), sampled.width, 1};
     subject.look.add(distances);
-    for (const Cross& cross : subject.crosses)
-        if (cross.x[0] == subject.crosses.front().x[0])
-            subject.add_row(part_of(stored, 0, cross.y[0], stored.width, 1));
+    for (int y = down; y < stored.height; y += 2 * down)
+        subject.add_row(part_of(stored, 0, y, stored.width, 1));
     subject.each = [&](const auto& visit) { visit(sampled, distances); };
     if (subject.look.invalid == subject.look.pixels && !is_measured(subject)) // what was measured may lie between
         return {};

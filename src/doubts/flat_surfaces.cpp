@@ -1,8 +1,8 @@
 // Over a flat surface 1/z is affine in the pixel under a perspective, and z is under an orthographic camera. Few surfaces
 // that are bent look flat under a wrong encoding, so that the encoding under which many are flat is the right one.
 //
-// `rank_encodings` asks the same without a camera. It searches the angle of view, near and far, which takes as long as a whole
-// command does. Here the camera says them, so that a few crosses of nine pixels are enough.
+// `rank_encodings` asks the same of such windows without a camera, by the same rule, and searches the angle of view, near and
+// far, which takes as long as a whole command does. Here the camera says them.
 #include "camera/form.hpp"
 #include "doubts/look.hpp"
 #include "doubts/plane_fits.hpp"
@@ -14,41 +14,30 @@
 #include <limits>
 #include <numbers>
 #include <utility>
+#include <vector>
 
 namespace fathom {
 namespace {
 
-constexpr double flatter = 0.1;        // a description under which a cross is bent so much less wins this cross
-constexpr double flat_enough = 0.035;  // if it is bent no more than so much of its rise; noise is bent more
-constexpr std::size_t few_places = 24; // may win by chance
-constexpr std::size_t least_part = 50; // one in so many has to speak for the other description
-constexpr std::size_t to_one = 9;      // and so many where one speaks against it
-constexpr double rounded = 0.55;       // of a step: no flat surface is bent more by the storage's rounding
+constexpr std::size_t few_windows = 12; // may win by chance
+constexpr std::size_t to_one = 9;       // and so many where one speaks against it
+// One window in so many has to speak for the other description, or it is bent surfaces that do, by chance. Those of an orthographic
+// camera, whose only other description is a perspective, do so more often.
+constexpr std::size_t least_part = 20, least_part_orthographic = 3;
 
-constexpr float edge = 4; // times: no surface rises so much within a cross
+constexpr float edge = 4;           // times: no surface rises so much within a window
+constexpr double smooth_of = 0.03;  // of a window's rise, that a cubic polynomial leaves of a surface at most,
+constexpr double little = 1.1;      // times, that noise makes a window's values differ
+constexpr double alike_noise = 1.5; // or so many times the noise from sample to sample, which an edge has not
+
 // What the stored values could be instead of what the camera says.
 struct Alternative {
     Shape shape;
-    double parameter; ///< the rays of a cross are those of the camera
+    double parameter; ///< the rays of a sample are those of the camera
     std::string meaning;
-    std::size_t flat = 0;    ///< crosses where it is much flatter than the camera's own
-    std::size_t against = 0; ///< and where it is bent much more
+    std::size_t flat = 0;    ///< windows that are flat with it, and bent as the camera has it
+    std::size_t against = 0; ///< and where it is the other way round
 };
-
-// Along the row and along the column.
-double rise_of(const std::array<float, Cross::size>& v) {
-    return static_cast<double>(std::abs(v[4] - v[0]) + std::abs(v[8] - v[5]));
-}
-
-// The value of all crosses that is farthest away, with the sign that makes it the greatest.
-float farthest_of(const std::vector<Cross>& crosses, float sign) {
-    float farthest = -std::numeric_limits<float>::infinity();
-    for (const Cross& cross : crosses)
-        for (const float value : cross.values)
-            if (std::isfinite(value))
-                farthest = std::max(farthest, sign * value);
-    return farthest;
-}
 
 // What the camera makes of a value: 1/z under a perspective and z under an orthographic camera. In double, and not in the floats
 // of the decoded image, whose rounding bends what is flat.
@@ -63,10 +52,11 @@ public:
         centre_ = static_cast<double>(rays.centre_depth);
     }
 
-    PlaneSample sample(const Cross& cross, std::size_t i) const {
-        const Eigen::Vector3d pixel(cross.x[i] + 0.5, cross.y[i] + 0.5, 1),
+    PlaneSample sample(const Sampled& sampled, int i) const {
+        const Eigen::Vector3d pixel(sampled.window.x(i) + 0.5, sampled.window.y(i) + 0.5, 1),
             ray = direction_ * pixel / ahead_.dot(pixel);
-        return {ray.x(), ray.y(), Cross::across[i] / 2.0, Cross::down[i] / 2.0, static_cast<double>(cross.values[i])};
+        return {ray.x(), ray.y(), sampled.window.u(i), sampled.window.t(i),
+                static_cast<double>(sampled.values[static_cast<std::size_t>(i)])};
     }
 
     PlaneQuantity quantity(const PlaneSample& at) const {
@@ -104,19 +94,35 @@ private:
     double centre_ = 0;
 };
 
+// Noise from sample to sample, most of which lie beside no edge.
+double noise_between(const Sampled& sampled) {
+    std::vector<double> seconds;
+    for (std::size_t i = 0; i + 2 < Window::size; ++i) {
+        const double second = static_cast<double>(sampled.values[i]) - 2 * static_cast<double>(sampled.values[i + 1]) +
+                              static_cast<double>(sampled.values[i + 2]);
+        if (i % Window::across + 2 < Window::across && std::isfinite(second))
+            seconds.push_back(std::abs(second));
+    }
+    if (seconds.empty())
+        return 0;
+    const auto middle = seconds.begin() + static_cast<std::ptrdiff_t>(seconds.size() / 2);
+    std::ranges::nth_element(seconds, middle);
+    return *middle / (0.6745 * std::sqrt(6)); // a normal distribution's median, and variances of 1, 4 and 1
+}
+
 std::vector<Alternative> alternatives(const Camera& camera, Storage storage, bool perspective) {
     if (!perspective)
         return {{Shape::reciprocal, 0, "distances of a perspective camera; is this its projection"}};
     std::vector<Alternative> result;
+    if (camera.encoding != Encoding::view_z)
+        result.push_back({Shape::reciprocal, 0, "distances along the view axis (\"encoding\": \"view-z\"); are they"});
+    if (camera.encoding != Encoding::ray_distance)
+        result.push_back({Shape::ray, 1, "distances along the rays (\"encoding\": \"ray-distance\"); are they"});
     if (camera.along == Along::ray || (camera.encoding != Encoding::window && camera.encoding != Encoding::inverse &&
                                        camera.encoding != Encoding::inverse_range))
         result.push_back({Shape::affine, 0,
                           "depth-buffer values or 1/z (\"encoding\": \"window\" or \"inverse\"), or come from an "
                           "orthographic camera; are they"});
-    if (camera.encoding != Encoding::view_z)
-        result.push_back({Shape::reciprocal, 0, "distances along the view axis (\"encoding\": \"view-z\"); are they"});
-    if (camera.encoding != Encoding::ray_distance)
-        result.push_back({Shape::ray, 1, "distances along the rays (\"encoding\": \"ray-distance\"); are they"});
     if (camera.encoding != Encoding::linear && camera.near_plane && camera.far_plane &&
         std::isfinite(*camera.far_plane))
         result.push_back({Shape::offset,
@@ -136,52 +142,68 @@ std::optional<std::string> flat_surfaces_doubt(const Subject& subject) {
     const bool packed = pixel_bytes(storage) == 3 || storage == Storage::uint24_high; // elements are no numbers
     if (of_pixel || packed || camera.encoding == Encoding::pseudo_linear)             // which is bent inside triangles
         return std::nullopt;
-    const ValueChanges& near = subject.changes;
-    const float least =
-        storage == Storage::float16 ? std::max(near.least_second, near.highest * 0x1p-11f) : near.least_second;
     // A second difference is no smaller than a step, unless it is 0.
-    const double step = std::isfinite(least) ? static_cast<double>(least) : 0;
+    const float least = subject.changes.least_second;
+    const Rounding rounding{storage != Storage::float16 && std::isfinite(least) ? static_cast<double>(least) : 0,
+                            storage == Storage::float16 ? 0x1p-10 : 0x1p-23};
     const Decoder decoder(camera, form);
     std::vector<Alternative> others = alternatives(camera, storage, form.perspective);
-    const float farthest = farthest_of(subject.crosses, form.farther);
-    std::size_t places = 0; // that tell two descriptions apart
-    for (const Cross& cross : subject.crosses) {
-        const auto [low, high] = std::ranges::minmax(cross.values);
-        const auto is_finite = [](float v) { return std::isfinite(v); };
-        if (!std::ranges::all_of(cross.values, is_finite) || !std::ranges::all_of(cross.z, is_finite))
+    float farthest = -std::numeric_limits<float>::infinity(); // with the sign that makes it the greatest
+    for (const Sampled& sampled : subject.windows)
+        for (const float value : sampled.values)
+            if (std::isfinite(value))
+                farthest = std::max(farthest, form.farther * value);
+    std::size_t places = 0; // without an edge, that tell descriptions apart
+    std::vector<PlaneSample> samples;
+    std::vector<PlaneQuantity> quantities;
+    std::vector<double> misfits;
+    for (const Sampled& sampled : subject.windows) {
+        samples.clear();
+        quantities.clear();
+        for (int i = 0; i < Window::size; ++i) {
+            const auto at = static_cast<std::size_t>(i);
+            if (!std::isfinite(sampled.values[at]) || !std::isfinite(sampled.z[at]))
+                continue;
+            samples.push_back(decoder.sample(sampled, i));
+            quantities.push_back(decoder.quantity(samples.back()));
+        }
+        if (static_cast<double>(samples.size()) < least_samples)
             continue;
+        const auto [first, last] = std::ranges::minmax(samples, {}, &PlaneSample::v);
+        const double low = first.v, high = last.v;
         if (low * high > 0 && edge < std::max(high / low, low / high)) // through which a reciprocal goes too easily
             continue;
-        // A sky, or a sensor's farthest distance, is flat under some description, and no surface.
-        const bool may_be_sky = low == high && form.farther * low == farthest;
-        std::array<PlaneSample, Cross::size> samples;
-        std::array<PlaneQuantity, Cross::size> quantities;
-        for (std::size_t i = 0; i < Cross::size; ++i) {
-            samples[i] = decoder.sample(cross, i);
-            quantities[i] = decoder.quantity(samples[i]);
-        }
         // How bent it is under each description, in stored units, in which the storage rounds all of them alike: a surface that
-        // is seen straight on does not rise at all under the right one. All pixels count alike, so that a cross over an edge is
-        // bent under every description.
-        const double own = misfit(samples, quantities), rise = rise_of(cross.values),
-                     rounding = rounded *
-                                std::max(step, 0x1p-23 * static_cast<double>(std::max(std::abs(low), std::abs(high))));
-        if (!std::isfinite(own))
+        // is seen straight on does not rise at all under the right one.
+        misfits = {misfit(samples, quantities)};
+        for (const Alternative& other : others)
+            misfits.push_back(misfit(samples, other.shape, other.parameter));
+        const double rounded = rounding.in(samples);
+        if (!std::isfinite(misfits.front()))
             continue;
-        bool tells = false;
-        for (Alternative& other : others) {
-            const double bent = misfit(samples, other.shape, other.parameter);
-            const double most = std::min(flatter * own, flat_enough * std::max(rise, own));
-            const bool wins = !may_be_sky && own > rounding && bent < most;
-            const bool loses = bent > rounding && own < flatter * bent;
-            other.flat += wins;
-            other.against += loses;
-            tells |= own > rounding || bent > rounding;
+        const auto [least_bent, most_bent] = std::ranges::minmax(misfits);
+        if (!(most_bent > of_known.apart * std::max(least_bent, rounded)))
+            continue;
+        const double rest = cubic_misfit(samples);
+        const bool is_noise = low * high > 0 &&
+                              std::max(high / low, low / high) < little && // or bars before a wall are
+                              rest <= alike_noise * noise_between(sampled);
+        if (!is_noise && rest > std::max(smooth_of * (high - low), of_known.flat * rounded))
+            continue;
+        ++places;
+        const std::vector<Verdict> verdicts = judge(misfits, std::max(rest, rounded), rounded, of_known);
+        if (verdicts.empty())
+            continue;
+        // A sky, or a sensor's farthest distance, is flat under some description, and no surface.
+        const bool may_be_sky = low == high && static_cast<double>(form.farther) * low == static_cast<double>(farthest);
+        for (std::size_t i = 0; i < others.size(); ++i) {
+            others[i].flat += !may_be_sky && verdicts.front() == Verdict::bent && verdicts[i + 1] == Verdict::flat;
+            others[i].against += verdicts.front() == Verdict::flat && verdicts[i + 1] == Verdict::bent;
         }
-        places += tells;
     }
     const auto best = std::ranges::max_element(others, {}, &Alternative::flat);
-    if (best == others.end() || best->flat < few_places || least_part * best->flat < places ||
+    if (best == others.end() || best->flat < few_windows ||
+        (form.perspective ? least_part : least_part_orthographic) * best->flat < places ||
         best->flat <= to_one * best->against)
         return std::nullopt;
     return text("flat surfaces are bent as \"", to_string(camera.encoding), "\" has it, and flat if the values are ",

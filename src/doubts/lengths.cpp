@@ -45,8 +45,8 @@ double widest_shown(const CircleOfConfusion& circle, const Look& look, Sky sky) 
 
 std::vector<std::string> radius_doubts(const Subject& subject, double radius) {
     std::vector<float> depths; // enough for a median that is good to a few percent
-    for (const Cross& cross : subject.crosses)
-        std::ranges::copy_if(cross.z, std::back_inserter(depths), [](float z) { return std::isfinite(z); });
+    for (const Sampled& window : subject.windows)
+        std::ranges::copy_if(window.z, std::back_inserter(depths), [](float z) { return std::isfinite(z); });
     if (depths.empty())
         return {};
     const Look& look = subject.look;

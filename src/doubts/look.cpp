@@ -4,9 +4,11 @@
 #include "doubts/stored_values.hpp"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <cstdint>
 #include <cstdlib>
+#include <utility>
 
 namespace fathom {
 namespace {
@@ -113,6 +115,12 @@ void ValueChanges::add_codes(const HostDepth& row) {
     codes.reserve(static_cast<std::size_t>(row.width));
     visit_values(row, [&](float, std::uint32_t bits) { codes.push_back(bits); });
     bends.add(codes, 10);
+    for (std::size_t x = 0; x < codes.size(); ++x) {
+        if (x > 0)
+            add_neighbours(codes[x - 1], codes[x]);
+        if (x < codes_before_.size())
+            add_neighbours(codes_before_[x], codes[x]);
+    }
     for (const std::uint32_t code : codes) {
         const bool is_end = code == 0 || code == 0x8000 || code == 0xfc00 || (code >= 0x7c00 && code <= 0x7e00);
         const bool is_half = !is_end && code >= 0x2800 && code < 0x7c00; // from 1/32 on
@@ -121,7 +129,28 @@ void ValueChanges::add_codes(const HostDepth& row) {
         no_half_codes += !is_end && !is_half;
         if (is_half)
             highest_half = std::max(highest_half, code);
+        odd_eighths += code >= 0x8000 && code < 0xffff && (code & 8) != 0;
     }
+    codes_before_ = std::move(codes);
+}
+
+void ValueChanges::add_neighbours(std::uint32_t one, std::uint32_t other) {
+    if (one == 0 || other == 0)
+        return;
+    constexpr int alike = 512, jump = 0x2000;
+    const auto between = [&](int left) { // once both are rotated
+        const auto code = [&](std::uint32_t v) { return int{std::rotl(static_cast<std::uint16_t>(v), left)}; };
+        return std::abs(code(one) - code(other));
+    };
+    neighbours += one != other;
+    const int change = between(0);
+    const bool is_other_end = ((one ^ other) & 7) != 0, is_jump = change >= jump;
+    if (!is_other_end && !is_jump)
+        return;
+    differ_below += is_other_end;
+    alike_below += is_other_end && change < alike;
+    alike_right += is_jump && is_other_end && between(-3) <= alike;
+    alike_left += is_jump && between(3) <= alike / 8;
 }
 
 bool ValueChanges::may_be_halves() const {
@@ -143,23 +172,12 @@ bool ValueChanges::are_of_a_picture() const {
     return steps > 64 && stepping.count() >= 16 && 5 * alike >= 3 * steps && 33 * carried < steps;
 }
 
-Subject::Subject(const Camera& seen, Storage stored_as, int most)
+Subject::Subject(const Camera& seen, Storage stored_as, int most, int growth)
     : camera(seen), storage(stored_as), numbers(seen, stored_as) {
-    // Large crosses see the curvature of values that are rounded or noisy, and small ones lie between the edges of narrow surfaces.
-    const int side = std::min(seen.width, seen.height), margin = 2 * std::max(1, side / 40);
-    const auto place = [&](int distance, int across, int down) {
-        for (int y = margin; y < camera.height - margin; y += down)
-            for (int x = margin; x < camera.width - margin; x += across) {
-                Cross& cross = crosses.emplace_back();
-                for (std::size_t i = 0; i < Cross::size; ++i) {
-                    cross.x[i] = x + Cross::across[i] * distance;
-                    cross.y[i] = y + Cross::down[i] * distance;
-                }
-            }
-    };
-    const int across = 1 + camera.width / most, down = 1 + camera.height / most;
-    place(margin / 2, across, down);
-    place(std::max(1, side / 160), 2 * across, 2 * down);
+    // Large windows see the curvature of values that are rounded or noisy, and small ones lie between the edges of narrow surfaces.
+    for (int side = Window::across; side <= std::min(seen.width, seen.height); side *= growth)
+        for (const Window& window : windows_of(seen.width, seen.height, side, side, most))
+            windows.push_back({window});
 }
 
 void Subject::add_row(const HostDepth& row) {
@@ -169,14 +187,19 @@ void Subject::add_row(const HostDepth& row) {
 
 void Subject::add(const HostDepth& values, const HostFloats& z) {
     look.add(z);
-    for (Cross& cross : crosses)
-        for (std::size_t i = 0; i < Cross::size; ++i) {
-            const int x = cross.x[i], y = cross.y[i] - rows_;
+    for (Sampled& sampled : windows) {
+        const Window& window = sampled.window;
+        if (window.top >= rows_ + values.height || window.top + window.height <= rows_)
+            continue;
+        for (int i = 0; i < Window::size; ++i) {
+            const int x = window.x(i), y = window.y(i) - rows_;
+            const auto at = static_cast<std::size_t>(i);
             if (y < 0 || y >= values.height)
                 continue;
-            visit_values(part_of(values, x, y, 1, 1), [&](float value, std::uint32_t) { cross.values[i] = value; });
-            cross.z[i] = row_of(z, y)[static_cast<std::size_t>(x)];
+            visit_values(part_of(values, x, y, 1, 1), [&](float value, std::uint32_t) { sampled.values[at] = value; });
+            sampled.z[at] = row_of(z, y)[static_cast<std::size_t>(x)];
         }
+    }
     constexpr int most_rows = 128;
     for (int y = 0; y < values.height; ++y)
         if ((rows_ + y) % (1 + camera.height / most_rows) == 0)

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "doubts/float_bits.hpp"
+#include "doubts/plane_fits.hpp"
 
 #include <fathom/findings.hpp>
 #include <fathom/photograph.hpp>
@@ -33,13 +34,10 @@ inline std::span<const float> row_of(const HostFloats& image, int y) {
     return {image.data + static_cast<std::size_t>(y) * (image.row_stride > 0 ? image.row_stride : row), row};
 }
 
-/// A pixel with four others in its row and four in its column, which tell whether a surface is flat there.
-struct Cross {
-    static constexpr std::size_t size = 9;
-    static constexpr std::array<int, size> across{-2, -1, 0, 1, 2, 0, 0, 0, 0}, down{0, 0, 0, 0, 0, -2, -1, 1, 2};
-
-    std::array<int, size> x{}, y{};
-    std::array<float, size> values{}, z{};
+/// A window with its samples, which tell whether a surface is flat there.
+struct Sampled {
+    Window window;
+    std::array<float, Window::size> values{}, z{};
 };
 
 /// How stored values change from a pixel to the next one of its row.
@@ -50,6 +48,10 @@ struct ValueChanges {
                 carried = 0;               ///< of the highest byte by 16 at most; the byte below, too; or as a sum does
     std::bitset<256> stepping;             ///< highest bytes of steps
     std::array<std::size_t, 8> low_bits{}; ///< codes other than 0 by their three lowest bits
+    std::size_t odd_eighths = 0;           ///< codes in the upper half that are 8 more than a multiple of 16
+    /// Of neighbours of 16 bits that differ: all; those whose lowest bits differ; of these the ones that are alike as they are;
+    /// and of all those that are alike only if their bits are rotated right by three, and left.
+    std::size_t neighbours = 0, differ_below = 0, alike_below = 0, alike_right = 0, alike_left = 0;
 
     std::size_t half_codes = 0, half_ends = 0,
                 no_half_codes = 0;  ///< as bits of half floats: of lengths, of infinity, of neither
@@ -76,6 +78,9 @@ struct ValueChanges {
 
 private:
     void add_codes(const HostDepth& row);
+    void add_neighbours(std::uint32_t one, std::uint32_t other);
+
+    std::vector<std::uint32_t> codes_before_ = {}; ///< of the row before
 };
 
 /// Numbers that programs write where there is no depth, or the near plane's code, in pixels side by side.
@@ -92,6 +97,7 @@ struct SharedNumbers {
 
 private:
     DepthForm form_{};
+    bool counts_distances_ = false;
 };
 
 /// Depth that is taken some rows after the others, and what is to be seen in it.
@@ -101,14 +107,15 @@ struct Subject {
     Look look = {};
     ValueChanges changes = {};
     SharedNumbers numbers = {};
-    std::vector<Cross> crosses = {};
+    std::vector<Sampled> windows = {};
     /// Goes through it again, in any parts. Of `z` +infinity is background, and NaN invalid.
     std::function<void(const std::function<void(const HostDepth& values, const HostFloats& z)>&)> each = {};
 
     Subject() = default;
 
-    /// `crosses` is how many there may be in a row of them, and in a column.
-    Subject(const Camera& camera, Storage storage, int crosses = 64);
+    /// `most` is how many windows of a size there may be in a row of them, and in a column, and each size is `growth` times as large
+    /// as the one before.
+    Subject(const Camera& camera, Storage storage, int most = 16, int growth = 2);
 
     /// Looks at the next rows.
     void add(const HostDepth& values, const HostFloats& z);

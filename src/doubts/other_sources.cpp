@@ -21,20 +21,36 @@ using Doubt = std::optional<std::string>;
 
 // Codes of 16 bits that hold something else than a distance in their three lowest bits.
 Doubt low_bits_doubt(const Subject& subject) {
-    const std::array<std::size_t, 8>& ends = subject.changes.low_bits;
-    std::size_t all = 0;
+    const ValueChanges& found = subject.changes;
+    const Camera& camera = subject.camera;
+    const std::array<std::size_t, 8>& ends = found.low_bits;
+    std::size_t all = 0, most_others = 0;
     for (const std::size_t count : ends)
         all += count;
+    for (std::size_t i = 1; i < ends.size(); ++i)
+        most_others = std::max(most_others, ends[i]);
     const std::size_t others = all - ends[0];
     constexpr std::size_t few = 16;
-    // Noise has all ends alike, and depth that is rounded to a multiple of 8 has one. Few surfaces are farther than 8 m, and most of
-    // them nearer than 16 m.
-    const bool is_rotated = others >= few && 5 * ends[0] >= 4 * all && 5 * ends[1] >= 2 * others;
-    if (!is_rotated)
-        return std::nullopt;
-    return "its codes are multiples of 8 but for some, most of which end alike, as in SUN RGB-D, whose bits are "
-           "rotated left "
-           "by three; if it is from there, say \"packing\": \"uint16-rotated\", or --preset sunrgbd";
+    // A surface that goes on beyond 8.19 m begins again at 1. Where only edges go so far, noise has all ends alike, depth that is
+    // rounded to a multiple of 8 has one, and a Kinect's player, who has another, stands on the floor.
+    const bool goes_on = found.alike_right >= few && 20 * found.alike_right >= found.differ_below;
+    const bool ends_alike = others >= few && 5 * ends[0] >= 4 * all && 5 * ends[1] >= 2 * others &&
+                            4 * found.alike_below < found.differ_below && camera.scale != 0.000125;
+    if (goes_on || ends_alike)
+        return "its codes are multiples of 8 but for some, most of which end alike, as in SUN RGB-D, whose bits are "
+               "rotated left by three; if it is from there, say \"packing\": \"uint16-rotated\", or --preset sunrgbd";
+    if (found.alike_left >= few && 4 * found.alike_left > found.neighbours)
+        return "its codes are those of surfaces only if their bits are not rotated, as those of SUN RGB-D are; leave "
+               "out \"packing\": \"uint16-rotated\", or take another preset than sunrgbd";
+    constexpr float far_indoors = 20, far_for_nearest = 3.5f; // metres: sensors see nothing nearer than an eighth of it
+    if (camera.in_metres && camera.scale == 0.001 && subject.look.farthest > far_indoors &&
+        subject.look.nearest > far_for_nearest && found.odd_eighths >= few && 1000 * (others - most_others) <= all &&
+        2 * ends[0] >= all)
+        return text("its codes are multiples of 8, or have the same three lowest bits, and reach ",
+                    number(static_cast<double>(subject.look.farthest), 4),
+                    " metres as millimetres; if the bits are rotated as in SUN RGB-D, say \"packing\": "
+                    "\"uint16-rotated\"; if a Kinect keeps its player there, \"scale\": 0.000125");
+    return std::nullopt;
 }
 
 // Three bytes in the other order.

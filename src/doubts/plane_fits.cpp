@@ -20,23 +20,18 @@
 namespace fathom {
 namespace {
 
-constexpr int samples_across = 8;
-constexpr int smallest_window = 12;          // pixels; each next size is twice as large
-constexpr int longest_window = 4;            // times its other side
-constexpr int windows_across = 24;           // of one size, at most
-constexpr std::size_t most_of_a_size = 40;   // smooth windows of one size that are kept
-constexpr std::size_t most_to_search = 120;  // windows that the parameters are found with
-constexpr double least_samples = 0.8;        // of a window's samples that must be valid
-constexpr double least_steps = 20;           // a window's range, in rounding errors
-constexpr double smooth = 0.03;              // residual of a cubic, as a part of the range
-constexpr double flat = 1.5, fits = 2;       // times the noise
-constexpr double fails = 4, tells_apart = 8; // times the noise
-constexpr double at_limit = 0.05;            // of a parameter's logarithm
+constexpr int smallest_window = 12;         // pixels; each next size is twice as large
+constexpr int longest_window = 4;           // times its other side
+constexpr int windows_across = 24;          // of one size, at most
+constexpr std::size_t most_of_a_size = 40;  // smooth windows of one size that are kept
+constexpr std::size_t most_to_search = 120; // windows that the parameters are found with
+constexpr double least_steps = 20;          // a window's range, in rounding errors
+constexpr double smooth = 0.03;             // residual of a cubic, as a part of the range
+constexpr double at_limit = 0.05;           // of a parameter's logarithm
 
-struct Window {
+struct Patch {
     std::vector<PlaneSample> samples; // x and y are from the middle of the image, in half its width
-    double rounding;                  // of the storage
-    double noise;                     // that, or more where a cubic polynomial leaves more
+    double rounding, noise;
     int place;
 };
 
@@ -73,25 +68,15 @@ double residual(std::span<Equation<N>> equations) {
     return std::sqrt(sum / static_cast<double>(equations.size() - N));
 }
 
-double cubic_residual(const std::vector<PlaneSample>& samples) {
-    std::vector<Equation<10>> equations;
-    equations.reserve(samples.size());
-    for (const auto& [x, y, u, t, v] : samples) {
-        Eigen::Matrix<double, 10, 1> terms = Eigen::Matrix<double, 10, 1>::Zero();
-        terms << 1, u, t, u * u, u * t, t * t, u * u * u, u * u * t, u * t * t, t * t * t;
-        equations.push_back({terms, v, 1});
-    }
-    return residual<10>(equations);
-}
-
-// Of the stored values of an image.
-struct Windows {
+// Of the stored values of an image, in units of the largest.
+struct Patches {
     const std::vector<float>& values;
     int width, height;
-    double step, relative_step, largest; // the step is in units of the largest
+    Rounding rounding;
+    double largest;
 
-    std::vector<Window> smooth_ones() const {
-        std::vector<Window> found;
+    std::vector<Patch> smooth_ones() const {
+        std::vector<Patch> found;
         for (int w = smallest_window; w <= width; w *= 2)
             for (int h = smallest_window; h <= height; h *= 2)
                 if (w <= longest_window * h && h <= longest_window * w)
@@ -99,55 +84,49 @@ struct Windows {
         return found;
     }
 
-    void add_size(int w, int h, std::vector<Window>& found) const {
-        const int step_x = std::max({w / 2, 4, (width - w) / windows_across}),
-                  step_y = std::max({h / 2, 4, (height - h) / windows_across});
-        std::vector<Window> these;
-        for (int y = 0; y + h <= height; y += step_y)
-            for (int x = 0; x + w <= width; x += step_x)
-                if (Window window; is_smooth(x, y, w, h, window))
-                    these.push_back(std::move(window));
+    void add_size(int w, int h, std::vector<Patch>& found) const {
+        std::vector<Patch> these;
+        for (const Window& window : windows_of(width, height, w, h, windows_across))
+            if (Patch patch; is_smooth(window, patch))
+                these.push_back(std::move(patch));
         const std::size_t count = std::min(these.size(), most_of_a_size);
         for (std::size_t i = 0; i < count; ++i)
             found.push_back(std::move(these[i * these.size() / count]));
     }
 
-    bool is_smooth(int left, int top, int w, int h, Window& window) const {
-        double least = std::numeric_limits<double>::infinity(), greatest = -least;
-        window.samples.reserve(samples_across * samples_across);
-        for (int j = 0; j < samples_across; ++j)
-            for (int i = 0; i < samples_across; ++i) {
-                const int x = left + (w - 1) * i / (samples_across - 1), y = top + (h - 1) * j / (samples_across - 1);
-                const auto index =
-                    static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x);
-                const double v = static_cast<double>(values[index]) / largest;
-                if (std::isnan(v))
-                    continue;
-                const double half = 0.5 * width;
-                window.samples.push_back({(x + 0.5 - half) / half, (y + 0.5 - 0.5 * height) / half,
-                                          2.0 * (x - left) / (w - 1) - 1, 2.0 * (y - top) / (h - 1) - 1, v});
-                least = std::min(least, v);
-                greatest = std::max(greatest, v);
-            }
-        if (static_cast<double>(window.samples.size()) < least_samples * samples_across * samples_across)
+    bool is_smooth(const Window& window, Patch& patch) const {
+        patch.samples.reserve(Window::size);
+        const double half = 0.5 * width;
+        for (int i = 0; i < Window::size; ++i) {
+            const int x = window.x(i), y = window.y(i);
+            const auto index =
+                static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x);
+            const double v = static_cast<double>(values[index]) / largest;
+            if (!std::isnan(v))
+                patch.samples.push_back(
+                    {(x + 0.5 - half) / half, (y + 0.5 - 0.5 * height) / half, window.u(i), window.t(i), v});
+        }
+        if (static_cast<double>(patch.samples.size()) < least_samples)
             return false;
-        const double range = greatest - least;
-        window.rounding = (step + relative_step * std::max(std::abs(least), std::abs(greatest))) / std::sqrt(12);
-        if (!(range > least_steps * window.rounding))
+        const auto [least, greatest] = std::ranges::minmax(patch.samples, {}, &PlaneSample::v);
+        const double range = greatest.v - least.v;
+        patch.rounding = rounding.in(patch.samples);
+        if (!(range > least_steps * patch.rounding))
             return false;
-        const double rest = cubic_residual(window.samples);
-        window.noise = std::max(rest, window.rounding);
-        window.place = 8 * (left + w / 2) / width + 8 * (6 * (top + h / 2) / height);
+        const double rest = cubic_misfit(patch.samples);
+        patch.noise = std::max(rest, patch.rounding);
+        patch.place =
+            8 * (window.left + window.width / 2) / width + 8 * (6 * (window.top + window.height / 2) / height);
         return rest <= smooth * range;
     }
 };
 
 // How well a shape fits the third of the windows that it fits best: the logarithm of residuals in roundings.
-double cost(const std::vector<const Window*>& windows, Shape shape, double parameter) {
+double cost(const std::vector<const Patch*>& patches, Shape shape, double parameter) {
     std::vector<double> each;
-    each.reserve(windows.size());
-    for (const Window* window : windows)
-        each.push_back(std::log(std::max(misfit(window->samples, shape, parameter) / window->rounding, 0.5)));
+    each.reserve(patches.size());
+    for (const Patch* patch : patches)
+        each.push_back(std::log(std::max(misfit(patch->samples, shape, parameter) / patch->rounding, 0.5)));
     const auto third = each.begin() + static_cast<std::ptrdiff_t>((each.size() + 2) / 3);
     std::nth_element(each.begin(), third - 1, each.end());
     double sum = 0;
@@ -157,38 +136,78 @@ double cost(const std::vector<const Window*>& windows, Shape shape, double param
 }
 
 // The parameter that fits best: the best of a geometric grid, made finer by golden sections.
-double best_parameter(const std::vector<const Window*>& windows, Shape shape, double least, double greatest,
-                      int count) {
+double best_parameter(const std::vector<const Patch*>& patches, Shape shape, double least, double greatest, int count) {
     const double ratio = std::log(greatest / least) / (count - 1);
     const auto at = [&](double step) { return least * std::exp(ratio * step); };
     int best = 0;
     double lowest = std::numeric_limits<double>::infinity();
     for (int i = 0; i < count; ++i)
-        if (const double value = cost(windows, shape, at(i)); value < lowest) {
+        if (const double value = cost(patches, shape, at(i)); value < lowest) {
             lowest = value;
             best = i;
         }
     constexpr double golden = 0.6180339887498949;
     double low = std::max(best - 1, 0), high = std::min(best + 1, count - 1);
     double a = high - golden * (high - low), b = low + golden * (high - low);
-    double at_a = cost(windows, shape, at(a)), at_b = cost(windows, shape, at(b));
+    double at_a = cost(patches, shape, at(a)), at_b = cost(patches, shape, at(b));
     for (int i = 0; i < 20; ++i) {
         if (at_a < at_b) {
             high = b;
             b = std::exchange(a, b - golden * (b - low));
             at_b = at_a;
-            at_a = cost(windows, shape, at(a));
+            at_a = cost(patches, shape, at(a));
         } else {
             low = a;
             a = std::exchange(b, a + golden * (high - a));
             at_a = at_b;
-            at_b = cost(windows, shape, at(b));
+            at_b = cost(patches, shape, at(b));
         }
     }
     return at((low + high) / 2);
 }
 
 } // namespace
+
+std::vector<Window> windows_of(int image_width, int image_height, int width, int height, int most) {
+    const int right = image_width - width, bottom = image_height - height,
+              across = std::max({width / 2, 4, right / most}), down = std::max({height / 2, 4, bottom / most});
+    std::vector<Window> windows;
+    for (int y = 0; y <= bottom; y += down)
+        for (int x = 0; x <= right; x += across)
+            windows.push_back({x, y, width, height});
+    return windows;
+}
+
+double Rounding::in(std::span<const PlaneSample> patch) const {
+    double largest = 0;
+    for (const PlaneSample& sample : patch)
+        largest = std::max(largest, std::abs(sample.v));
+    return (step + relative_step * largest) / std::sqrt(12);
+}
+
+double cubic_misfit(std::span<const PlaneSample> patch) {
+    std::array<Equation<10>, Window::size> equations;
+    for (std::size_t i = 0; i < patch.size(); ++i) {
+        const auto& [x, y, u, t, v] = patch[i];
+        equations[i].terms << 1, u, t, u * u, u * t, t * t, u * u * u, u * u * t, u * t * t, t * t * t;
+        equations[i].value = v;
+        equations[i].weight = 1;
+    }
+    return residual<10>(std::span(equations).first(patch.size()));
+}
+
+std::vector<Verdict> judge(std::span<const double> misfits, double noise, double least, const Bars& bars) {
+    const auto [best, worst] = std::ranges::minmax(misfits);
+    const double floor = std::max(best, least);
+    if (!(best <= bars.flat * noise && worst > bars.apart * floor))
+        return {};
+    std::vector<Verdict> verdicts;
+    for (const double misfit : misfits)
+        verdicts.push_back(misfit <= bars.fits * floor   ? Verdict::flat
+                           : misfit > bars.fails * floor ? Verdict::bent
+                                                         : Verdict::none);
+    return verdicts;
+}
 
 PlaneQuantity quantity_of(Shape shape, double p, const PlaneSample& at) {
     const double v = at.v;
@@ -223,20 +242,20 @@ PlaneQuantity quantity_of(Shape shape, double p, const PlaneSample& at) {
 }
 
 double misfit(std::span<const PlaneSample> patch, std::span<const PlaneQuantity> quantities) {
-    std::array<Equation<3>, samples_across * samples_across> equations;
+    std::array<Equation<3>, Window::size> equations;
     for (std::size_t i = 0; i < patch.size(); ++i)
         equations[i] = {{1, patch[i].u, patch[i].t}, quantities[i].value, quantities[i].change};
     return residual<3>(std::span(equations).first(patch.size()));
 }
 
 double misfit(std::span<const PlaneSample> patch, Shape shape, double parameter) {
-    std::array<PlaneQuantity, samples_across * samples_across> quantities;
+    std::array<PlaneQuantity, Window::size> quantities;
     for (std::size_t i = 0; i < patch.size(); ++i)
         quantities[i] = quantity_of(shape, parameter, patch[i]);
     return misfit(patch, std::span(quantities).first(patch.size()));
 }
 
-PlaneFits fit_planes(const std::vector<float>& values, int width, int height, double step, double relative_step) {
+PlaneFits fit_planes(const std::vector<float>& values, int width, int height, Rounding rounding) {
     double largest = 0, lowest = std::numeric_limits<double>::infinity();
     for (const float value : values)
         if (!std::isnan(value)) {
@@ -246,15 +265,15 @@ PlaneFits fit_planes(const std::vector<float>& values, int width, int height, do
     PlaneFits found;
     if (!(largest > 0))
         return found;
-    const std::vector<Window> windows =
-        Windows{values, width, height, step / largest, relative_step, largest}.smooth_ones();
-    found.smooth = windows.size();
-    if (windows.empty())
+    rounding.step /= largest;
+    const std::vector<Patch> patches = Patches{values, width, height, rounding, largest}.smooth_ones();
+    found.smooth = patches.size();
+    if (patches.empty())
         return found;
-    std::vector<const Window*> some;
-    const std::size_t count = std::min(windows.size(), most_to_search);
+    std::vector<const Patch*> some;
+    const std::size_t count = std::min(patches.size(), most_to_search);
     for (std::size_t i = 0; i < count; ++i)
-        some.push_back(&windows[i * windows.size() / count]);
+        some.push_back(&patches[i * patches.size() / count]);
 
     found.shapes.push_back({Shape::affine});
     // A shape becomes a simpler one beyond its first limit.
@@ -276,20 +295,19 @@ PlaneFits fit_planes(const std::vector<float>& values, int width, int height, do
 
     std::set<int> places;
     std::vector<double> noise, each(found.shapes.size());
-    for (const Window& window : windows) {
+    for (const Patch& patch : patches) {
         for (std::size_t i = 0; i < each.size(); ++i)
-            each[i] = misfit(window.samples, found.shapes[i].shape, found.shapes[i].parameter);
-        const auto [best, worst] = std::minmax_element(each.begin(), each.end());
-        const double floor = std::max(*best, window.noise);
-        if (!(*best <= flat * window.noise && *worst > tells_apart * floor))
+            each[i] = misfit(patch.samples, found.shapes[i].shape, found.shapes[i].parameter);
+        const std::vector<Verdict> verdicts = judge(each, patch.noise, patch.noise, of_searched);
+        if (verdicts.empty())
             continue;
         for (std::size_t i = 0; i < each.size(); ++i) {
-            found.shapes[i].fits += each[i] <= fits * floor;
-            found.shapes[i].fails += each[i] > fails * floor;
+            found.shapes[i].fits += verdicts[i] == Verdict::flat;
+            found.shapes[i].fails += verdicts[i] == Verdict::bent;
         }
         ++found.patches;
-        places.insert(window.place);
-        noise.push_back(window.noise * largest);
+        places.insert(patch.place);
+        noise.push_back(patch.noise * largest);
     }
     found.places = places.size();
     if (!noise.empty()) {

@@ -407,7 +407,7 @@ Findings findings_of(const HostDepth& stored, std::vector<std::string>& evidence
     found.median = median_of(values.all);
     find_near(found, evidence);
     const double relative_step = stored.storage == Storage::float32 ? 0x1p-23 : values.is_float ? 0x1p-10 : 0;
-    found.planes = fit_planes(values.all, values.width, values.height, values.is_float ? 0 : 1, relative_step);
+    found.planes = fit_planes(values.all, values.width, values.height, {values.is_float ? 0.0 : 1.0, relative_step});
     return found;
 }
 

@@ -17,18 +17,19 @@
 namespace fathom {
 namespace {
 
-constexpr double many_of_a_number = 0.001; // of the pixels
-constexpr double many_without_depth = 0.1; // of the pixels, where a number has no depth anyway
-constexpr double many_at_the_near = 0.02;  // of the pixels, that no scene has on the near plane itself
-constexpr double apart = 1.25;             // times the value farthest out
-constexpr double round_apart = 4;          // the same for 1000, 10000 and so on, which are distances, too
-constexpr double no_wall = 10;             // times that, before which no room has a wall
-constexpr double apart_of_range = 0.25;    // of the range of all others, where a ratio says nothing
-constexpr double above_nothing = 0.01;     // of the largest value: what is nearer may begin at 0
-constexpr double near_gap = 0.05;          // of the range of all others
-constexpr double many_filtered = 0.3;      // of the borders of what has no depth
-constexpr std::size_t least_filtered = 32; // borders
-constexpr float raw_kinect_highest = 1100; // of the values that its 11 bits have, 2047 being none
+constexpr double many_of_a_number = 0.001;   // of the pixels
+constexpr double many_without_depth = 0.1;   // of the pixels, where a number has no depth anyway
+constexpr double many_at_the_near = 0.02;    // of the pixels, that no scene has on the near plane itself
+constexpr double apart = 1.25;               // times the value farthest out
+constexpr double round_apart = 4;            // the same for 1000, 10000 and so on, which are distances, too
+constexpr double no_wall = 10;               // times that, before which no room has a wall
+constexpr double apart_of_range = 0.25;      // of the range of all others, where a ratio says nothing
+constexpr double above_nothing = 0.01;       // of the largest value: what is nearer may begin at 0
+constexpr double near_gap = 0.05;            // of the range of all others
+constexpr double many_filtered = 0.3;        // of the borders of what has no depth
+constexpr double many_filtered_buffer = 0.6; // the same of depth buffers, in which far surfaces are near the sky
+constexpr std::size_t least_filtered = 32;   // borders
+constexpr float raw_kinect_highest = 1100;   // of the values that its 11 bits have, 2047 being none
 
 constexpr bool is_round(double number) {
     return number >= 1e3 && number < 1e10 && number == std::round(number) &&
@@ -108,7 +109,10 @@ bool stands_apart(double number, Others others, bool has_depth, bool is_float) {
 
 } // namespace
 
-SharedNumbers::SharedNumbers(const Camera& camera, Storage storage) : form_(depth_form(camera, storage)) {
+SharedNumbers::SharedNumbers(const Camera& camera, Storage storage)
+    : form_(depth_form(camera, storage)),
+      counts_distances_(form_.perspective &&
+                        (camera.encoding == Encoding::view_z || camera.encoding == Encoding::ray_distance)) {
     if (is_metric(camera.encoding))
         numbers = numbers_without_depth();
     else if (const auto code = near_code(camera, form_, storage))
@@ -131,7 +135,8 @@ void SharedNumbers::add(const HostDepth& row) {
                 ++constant;
         }
         before = value;
-        values.emplace_back(value, kind_of(form_, value, bits) != StoredKind::depth);
+        const bool is_ahead = !counts_distances_ || value * form_.farther > 0; // the others have no depth, named or not
+        values.emplace_back(value, kind_of(form_, value, bits) != StoredKind::depth || !is_ahead);
         has_border |= values.back().second;
     });
     if (!has_border)
@@ -187,10 +192,14 @@ std::optional<std::string> special_number_doubt(const Subject& subject) {
             if (!(static_cast<double>(others.count) >= many_at_the_near * static_cast<double>(subject.look.pixels)) ||
                 subject.look.background > 0 || !(gap > near_gap * (others.greatest - others.least)))
                 continue;
-            const bool window = camera.encoding == Encoding::window;
+            const std::string cure =
+                camera.encoding == Encoding::window ? "\"reversed\" is the wrong way round"
+                : camera.encoding == Encoding::linear
+                    ? "near is white: exchange \"near\" and \"far\""
+                    : text("the values count the other way: say \"depth_range\": [", number(camera.depth_range[1]),
+                           ", ", number(camera.depth_range[0]), "]");
             return text(percent(others.count, subject.look.pixels), " of the pixels hold ", number(stored),
-                        ", which is the near plane, and nothing lies just behind it; if that is the sky, ",
-                        window ? "\"reversed\" is the wrong way round" : "near is white: exchange \"near\" and \"far\"",
+                        ", which is the near plane, and nothing lies just behind it; if that is the sky, ", cure,
                         "; if nothing was measured there, say \"missing\": ", number(stored, 17));
         }
         // A wall that is seen straight on has one depth, too. Neighbours among integers are often alike.
@@ -220,8 +229,9 @@ std::optional<std::string> special_number_doubt(const Subject& subject) {
 
 std::optional<std::string> filtered_doubt(const Subject& subject) {
     const SharedNumbers& shared = subject.numbers;
-    if (subject.camera.encoding == Encoding::window || shared.filtered < least_filtered ||
-        !(static_cast<double>(shared.filtered) > many_filtered * static_cast<double>(shared.borders)))
+    const double many = subject.camera.encoding == Encoding::window ? many_filtered_buffer : many_filtered;
+    if (shared.filtered < least_filtered ||
+        !(static_cast<double>(shared.filtered) > many * static_cast<double>(shared.borders)))
         return std::nullopt;
     return text("beside pixels without depth ", percent(shared.filtered, shared.borders),
                 " of the values lie between theirs and the surface's, which are no depths: it was filtered or resized; "

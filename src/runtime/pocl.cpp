@@ -8,14 +8,18 @@
 #include <fathom/error.hpp>
 
 #include <algorithm>
+#include <atomic>
 #include <cerrno>
 #include <cstdlib>
+#include <fstream>
 #include <sstream>
 #include <system_error>
 
 #include <fcntl.h>
+#include <spawn.h>
 #include <sys/resource.h>
 #include <sys/stat.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
 namespace fathom::runtime {
@@ -95,6 +99,9 @@ bool is_private(const fs::path& folder) {
 }
 
 /// A folder that goes when the process that made it ends.
+class FolderOfProcess;
+std::atomic<const FolderOfProcess*> folder_of_process = nullptr;
+
 class FolderOfProcess {
 public:
     FolderOfProcess() {
@@ -102,16 +109,23 @@ public:
         std::string name = (fs::temp_directory_path(none) / "fathom-kernels-").string() + std::string(6, 'X');
         if (mkdtemp(name.data())) // which replaces the six letters; of mode 0700
             path_ = name;
+        folder_of_process = this;
     }
     ~FolderOfProcess() {
-        std::error_code ignored;
-        if (!path_.empty() && getpid() == process_)
-            fs::remove_all(path_, ignored);
+        folder_of_process = nullptr;
+        remove();
     }
     FolderOfProcess(const FolderOfProcess&) = delete;
     FolderOfProcess& operator=(const FolderOfProcess&) = delete;
 
     const fs::path& path() const { return path_; }
+
+    void remove() const {
+        std::error_code failure;
+        constexpr int most = 8; // a kernel that is being compiled may write into it meanwhile
+        for (int i = 0; i < most && !path_.empty() && getpid() == process_ && fs::exists(path_, failure); ++i)
+            fs::remove_all(path_, failure);
+    }
 
 private:
     fs::path path_;
@@ -126,19 +140,47 @@ fs::path other_folder() {
     return own.path();
 }
 
-bool lacks_linker() {
-    static const bool lacks = [] {
+/// Does a script that stands for a linker work? It does if it says its version. Programs are taken to work, since to run one takes
+/// as long as a small image.
+bool works(const fs::path& linker) {
+    std::string magic(4, ' ');
+    if (std::ifstream(linker, std::ios::binary).read(magic.data(), 4) && magic == "\x7f"
+                                                                                  "ELF")
+        return true;
+    posix_spawn_file_actions_t quiet;
+    posix_spawn_file_actions_init(&quiet);
+    for (const int stream : {STDOUT_FILENO, STDERR_FILENO})
+        posix_spawn_file_actions_addopen(&quiet, stream, "/dev/null", O_WRONLY, 0);
+    std::string name = linker.string(), option = "--version";
+    char* const arguments[] = {name.data(), option.data(), nullptr};
+    pid_t process = 0;
+    int status = -1;
+    const bool ran = posix_spawn(&process, name.c_str(), &quiet, nullptr, arguments, environ) == 0 &&
+                     waitpid(process, &status, 0) == process;
+    posix_spawn_file_actions_destroy(&quiet);
+    return ran && WIFEXITED(status) && WEXITSTATUS(status) == 0;
+}
+
+/// What is wrong with the linker; empty where nothing is.
+const std::string& linker_refusal() {
+    static const std::string refusal = []() -> std::string {
         std::istringstream folders(variable("PATH"));
         for (std::string folder; std::getline(folders, folder, ':');)
             if (const fs::path file = fs::path(folder) / "ld";
                 access(file.c_str(), X_OK) == 0 && !fs::is_directory(file))
-                return false;
-        return true;
+                return works(file) ? ""
+                                   : text("the linker, ", file.string(), ", fails when it is asked for its version");
+        return "there is no linker: no folder of PATH holds \"ld\"";
     }();
-    return lacks;
+    return refusal;
 }
 
 } // namespace
+
+void remove_folder_of_process() {
+    if (const FolderOfProcess* const folder = folder_of_process)
+        folder->remove();
+}
 
 PoclFolder::PoclFolder() {
     if (const char* const own = std::getenv("POCL_CACHE_DIR"); own && !*own)
@@ -171,7 +213,7 @@ void check_pocl_folder(const std::string& file, bool has_failed) {
 // Each lies two folders deep, and its file last_accessed is written anew whenever it is built or found.
 PoclPrograms pocl_programs() {
     PoclPrograms programs;
-    if (!lacks_linker())
+    if (linker_refusal().empty())
         return programs;
     std::error_code ignored;
     for (fs::recursive_directory_iterator each(pocl_folder(), ignored), end; each != end; each.increment(ignored))
@@ -192,7 +234,7 @@ std::vector<fs::path> used_since(const PoclPrograms& before) {
 }
 
 void check_linked(const std::vector<fs::path>& programs, const std::string& kernel, std::size_t group) {
-    if (!lacks_linker())
+    if (linker_refusal().empty())
         return;
     // PROGRAM/KERNEL/64-1-1-goffs0-smallgrid/KERNEL.so
     for (const fs::path& program : programs) {
@@ -202,11 +244,9 @@ void check_linked(const std::vector<fs::path>& programs, const std::string& kern
                 fs::exists(built.path() / (kernel + ".so"), ignored))
                 return;
     }
-    throw NoDevice(
-        text("PoCL has not compiled the kernel ", kernel,
-             " yet, and there is no linker: no folder of PATH "
-             "holds \"ld\"; install the package binutils, or let POCL_CACHE_DIR name a folder in which it has "
-             "compiled it"));
+    throw NoDevice(text("PoCL has not compiled the kernel ", kernel, " yet, and ", linker_refusal(),
+                        "; install the package binutils, or let POCL_CACHE_DIR name a folder in which it has compiled "
+                        "it"));
 }
 
 } // namespace fathom::runtime

@@ -23,6 +23,9 @@ private:
     bool is_given_ = false;
 };
 
+/// Removes that folder of this process, where there is one, before a signal ends it.
+void remove_folder_of_process();
+
 /// A folder where PoCL cannot write what it compiles.
 struct PoclRefusal {
     bool full = false; ///< the disk, or what may be used of it
@@ -34,14 +37,14 @@ PoclRefusal pocl_refusal();
 /// it cannot write at all, once a build has failed.
 void check_pocl_folder(const std::string& file, bool has_failed);
 
-/// When each of PoCL's programs was last used, by its folder. Nothing where there is a linker, which needs no care.
+/// When each of PoCL's programs was last used, by its folder. Nothing where there is a linker that works.
 using PoclPrograms = std::map<std::filesystem::path, std::filesystem::file_time_type>;
 PoclPrograms pocl_programs();
 
 /// The folders of those that have been used since.
 std::vector<std::filesystem::path> used_since(const PoclPrograms& before);
 
-/// Throws: NoDevice if there is no linker and none of the programs holds the kernel, compiled for groups of this size: PoCL
+/// Throws: NoDevice if there is no linker that works and none of the programs holds the kernel, compiled for groups of this size: PoCL
 /// would end the process.
 void check_linked(const std::vector<std::filesystem::path>& programs, const std::string& kernel, std::size_t group);
 

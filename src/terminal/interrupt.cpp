@@ -15,13 +15,14 @@ namespace {
 std::atomic<bool> asks = false; // the first signal only asks
 std::atomic<int> received = 0;
 
-[[noreturn]] void wait_for(const sigset_t& signals) {
+[[noreturn]] void wait_for(const sigset_t& signals, void (*last)()) {
     for (;;) {
         int signal = 0;
         if (sigwait(&signals, &signal) != 0)
             continue;
         if (asks && received.exchange(signal) == 0)
             continue;
+        last();
         std::signal(signal, SIG_DFL);
         pthread_sigmask(SIG_UNBLOCK, &signals, nullptr);
         kill(getpid(), signal);
@@ -30,7 +31,7 @@ std::atomic<int> received = 0;
 
 } // namespace
 
-void watch_interrupts() {
+void watch_interrupts(void (*last)()) {
     sigset_t signals;
     sigemptyset(&signals);
     for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
@@ -43,7 +44,7 @@ void watch_interrupts() {
     std::signal(SIGPIPE, SIG_IGN); // it would end the program while a file is written
     pthread_sigmask(SIG_BLOCK, &signals, nullptr); // threads that start from now on inherit it
     try {
-        std::thread(wait_for, signals).detach();
+        std::thread(wait_for, signals, last).detach();
     } catch (const std::system_error&) { // no more threads: signals end the program as ever
         pthread_sigmask(SIG_UNBLOCK, &signals, nullptr);
     }

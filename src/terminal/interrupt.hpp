@@ -2,9 +2,10 @@
 
 namespace fathom::cli {
 
-/// Call it before there are other threads: one that it starts takes Ctrl-C, SIGTERM and SIGHUP, which end the program.
+/// Call it before there are other threads: one that it starts takes Ctrl-C, SIGTERM and SIGHUP, which end the program once `last` is
+/// done.
 /// A file that grows past `ulimit -f` is an error from now on, and so is a pipe that nobody reads.
-void watch_interrupts();
+void watch_interrupts(void (*last)());
 
 /// From now on the first Ctrl-C (or SIGTERM, SIGHUP) only asks the work to stop where nothing is left half done;
 /// the second ends the program at once.
