@@ -243,9 +243,9 @@ TEST_CASE("doubts: a sample of 1080p takes at most a millisecond", "[doubts][slo
           {"millimetres as metres", wrong, host(millimetres, Storage::uint16)},
           {"metres as millimetres", scaled, host(metres, Storage::float32)},
           {"metres as a depth buffer", camera_of(Encoding::window), host(metres, Storage::float32)}}) {
-        const auto seconds = [&](const auto& ask) {
+        const auto seconds = [&](const auto& ask, int runs) { // others use the machine, too: the least is what it takes
             double least = std::numeric_limits<double>::infinity();
-            for (int i = 0; i < 20; ++i) {
+            for (int i = 0; i < runs; ++i) {
                 const auto start = std::chrono::steady_clock::now();
                 CHECK(ask(each.camera, each.stored).size() <= 1);
                 least =
@@ -253,7 +253,7 @@ TEST_CASE("doubts: a sample of 1080p takes at most a millisecond", "[doubts][slo
             }
             return least;
         };
-        const double some = seconds(depth_doubts_of_sample), all = seconds(depth_doubts);
+        const double some = seconds(depth_doubts_of_sample, 200), all = seconds(depth_doubts, 10);
         std::cout << each.name << ", 1080p: " << 1e3 * some << " ms a sample, " << 1e3 * all << " ms all\n";
         CHECK(some <= 1e-3);
     }

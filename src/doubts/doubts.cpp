@@ -408,7 +408,7 @@ std::vector<std::string> lens_doubts(const Camera& camera, const HostDepth& stor
 }
 
 std::vector<std::string> depth_doubts_of_sample(const Camera& camera, const HostDepth& stored) {
-    constexpr int most_windows = 2, growth = 4, columns = 36, rows = 24;
+    constexpr int most_windows = 2, growth = 4, columns = 30, rows = 20;
     const auto decode = decoder(camera, stored);
     Subject subject(camera, stored.storage, most_windows, growth);
     const auto look_at = [&](int x, int y, const auto& put) {
@@ -433,7 +433,7 @@ std::vector<std::string> depth_doubts_of_sample(const Camera& camera, const Host
     const HostDepth sampled{pixels.data(), static_cast<int>(z.size()), 1, pixels.size(), stored.storage};
     const HostFloats distances{z.data(), sampled.width, 1};
     subject.look.add(distances);
-    for (int y = down; y < stored.height; y += 2 * down)
+    for (int y = down; y < stored.height; y += 3 * down)
         subject.add_row(part_of(stored, 0, y, stored.width, 1));
     subject.each = [&](const auto& visit) { visit(sampled, distances); };
     if (subject.look.invalid == subject.look.pixels && !is_measured(subject)) // what was measured may lie between

@@ -28,6 +28,7 @@ constexpr std::size_t least_part = 20, least_part_orthographic = 3;
 constexpr float edge = 4;           // times: no surface rises so much within a window
 constexpr double smooth_of = 0.03;  // of a window's rise, that a cubic polynomial leaves of a surface at most,
 constexpr double little = 1.1;      // times, that noise makes a window's values differ
+constexpr double of_rounding = 4;   // times: steps of a smooth surface are no noise, so that bends near them say little
 constexpr double alike_noise = 1.5; // or so many times the noise from sample to sample, which an edge has not
 
 // What the stored values could be instead of what the camera says.
@@ -197,7 +198,8 @@ std::optional<std::string> flat_surfaces_doubt(const Subject& subject) {
         // A sky, or a sensor's farthest distance, is flat under some description, and no surface.
         const bool may_be_sky = low == high && static_cast<double>(form.farther) * low == static_cast<double>(farthest);
         for (std::size_t i = 0; i < others.size(); ++i) {
-            others[i].flat += !may_be_sky && verdicts.front() == Verdict::bent && verdicts[i + 1] == Verdict::flat;
+            others[i].flat += !may_be_sky && verdicts.front() == Verdict::bent &&
+                              misfits.front() > of_rounding * rounded && verdicts[i + 1] == Verdict::flat;
             others[i].against += verdicts.front() == Verdict::flat && verdicts[i + 1] == Verdict::bent;
         }
     }
