@@ -172,6 +172,12 @@ TEST_CASE("sizes program: other ratios of width to height are refused, a pixel's
     check_done(with(32, 24));
     check_refused(with(256, 186), 1, "same ratio of width to height"); // 46.5
     check_refused(with(48, 64), 1, "other.png: is 48 × 64");
+    const auto masks_with = [&](const std::string& color) {
+        return run({"dof-masks", scene.depth, "--color", color, "--circle", "40,300", "--camera", scene.camera, "-o",
+                    scene.folder / "out/masks.exr"});
+    };
+    check_refused(masks_with(scene.folder / "other.png"), 1, "other.png: is 48 × 64");
+    check_refused(masks_with(scene.folder / "none.png"), 1, "none.png");
     REQUIRE(cv::imwrite(scene.folder / "plate.png", picture_of()));
     check_refused(
         run({"dof", scene.depth, "--color", scene.picture, "--clean-plate", scene.folder / "plate.png",

@@ -564,6 +564,7 @@ TEST_CASE("cameras: CameraInfo of ROS in both layouts", "[io][cameras]") {
     };
     damaged(saved(none), "525.0", "0.0", {"info.yaml", "never calibrated"});
     damaged(saved(none), "525.0", ".nan", {"finite"});
+    damaged(saved(none), "525.0", "-525.0", {"info.yaml", "is mirrored"});
     damaged(saved(none), "plumb_bob", "equidistant", {"equidistant", "rectified topic"});
     damaged(message(none, whole, 0, false), "binning_x: 0", "binning_x: x", {"binning_x", "finite"});
     damaged(message(none, whole, 0, false), whole, "7", {"roi", "map"});

@@ -127,8 +127,8 @@ std::string shown_number(double value) {
 json intrinsics_of(const fs::path& file, const std::vector<double>& matrix, std::size_t columns,
                    const std::string& name) {
     const auto at = [&](std::size_t row, std::size_t column) { return matrix[row * columns + column]; };
-    if (!(at(0, 0) > 0 && at(1, 1) > 0))
-        refuse(file, "\"" + name + "\": is not calibrated, its focal lengths are not above 0; calibrate the camera");
+    if (at(0, 0) == 0 || at(1, 1) == 0) // below 0 they have a cure of their own
+        refuse(file, "\"" + name + "\": is not calibrated, its focal lengths are 0; calibrate the camera");
     if (at(0, 1) != 0)
         refuse(file, "\"" + name +
                          "\": has a skew, which neither OpenCV nor ROS applies; set it to 0 if they made the image");

@@ -145,6 +145,8 @@ std::function<int()> configure_dof_masks(CLI::App& app) {
                                options->masks.max_coc_px);
         };
         return each_depth(*options, product, more, [&](const StoredDepth& stored, const Loaded& frame) {
+            if (!options->picture.color.empty())
+                frame.images.get(); // throws what was wrong with the picture
             const CircleOfConfusion circle = circle_of(options->relative, options->lens, stored, frame);
             std::vector<Result> results = more_masks_of(*options, stored, circle, frame);
             results.emplace(results.begin(), masks_of(*options, stored, circle));
