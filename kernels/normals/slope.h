@@ -58,10 +58,10 @@ INLINE floatV slope(floatV before2, floatV before1, floatV centre, floatV after1
 // be theirs. Such a pixel takes the difference to its closer neighbour if that is within `step`. If it lies deeper than one
 // neighbour and nearer than the other, as the top of a box does, its plane rises to the nearer one, unless that is two radii away.
 // Any other faces the camera.
-INLINE floatV unless_thin(floatV found, const floatV* nearby, floatV q, floatV step) {
+INLINE floatV unless_thin(floatV found, const floatV* nearby, floatV q, floatV step, floatV tolerance) {
     const floatV from_before = fabs(fma((floatV)2.0f, nearby[1], -nearby[0]) - q);
     const floatV from_after = fabs(fma((floatV)2.0f, nearby[2], -nearby[3]) - q);
-    const floatV narrow = NARROW * step;
+    const floatV narrow = fma((floatV)NARROW, step - tolerance, tolerance); // noise explains nothing
     if (!any_of((from_before > narrow) & (from_after > narrow)))
         return found;
     const floatV before = q - nearby[1], after = nearby[2] - q;

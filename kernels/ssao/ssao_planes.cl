@@ -184,8 +184,8 @@ KERNEL void ssao_planes(__global const float* depth, __global const float* extra
 #endif
         const floatV step = fma((PERSPECTIVE ? q * q : (floatV)1.0f) / ray_length(&occlusion, fx, fy),
                                 (floatV)(THIN * occlusion.radius), tolerance);
-        right = EVERY * unless_thin(across_gaps(right, across, q, step), across, q, step);
-        down = EVERY * unless_thin(across_gaps(down, along, q, step), along, q, step);
+        right = EVERY * unless_thin(across_gaps(right, across, q, step), across, q, step, tolerance);
+        down = EVERY * unless_thin(across_gaps(down, along, q, step), along, q, step, tolerance);
 #endif
         slopes_here[j] = select((floatV)0.0f, packed_slopes(right, down), surface);
     }

@@ -408,7 +408,7 @@ std::vector<std::string> lens_doubts(const Camera& camera, const HostDepth& stor
 }
 
 std::vector<std::string> depth_doubts_of_sample(const Camera& camera, const HostDepth& stored) {
-    constexpr int most_windows = 2, growth = 4, columns = 30, rows = 20;
+    constexpr int most_windows = 2, growth = 4, columns = 24, rows = 16;
     const auto decode = decoder(camera, stored);
     Subject subject(camera, stored.storage, most_windows, growth);
     const auto look_at = [&](int x, int y, const auto& put) {
