@@ -433,7 +433,7 @@ std::vector<std::string> depth_doubts_of_sample(const Camera& camera, const Host
     const HostDepth sampled{pixels.data(), static_cast<int>(z.size()), 1, pixels.size(), stored.storage};
     const HostFloats distances{z.data(), sampled.width, 1};
     subject.look.add(distances);
-    for (int y = down; y < stored.height; y += 3 * down)
+    for (int y = down; y < stored.height; y += 5 * down)
         subject.add_row(part_of(stored, 0, y, stored.width, 1));
     subject.each = [&](const auto& visit) { visit(sampled, distances); };
     if (subject.look.invalid == subject.look.pixels && !is_measured(subject)) // what was measured may lie between
