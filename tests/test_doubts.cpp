@@ -109,6 +109,13 @@ void check_silent(const Camera& camera, const HostDepth& stored) {
     CHECK(depth_doubts_of_sample(camera, stored) == std::vector<std::string>{});
 }
 
+/// Is it told that flat surfaces are bent under this encoding?
+bool says_flat(Camera camera, Encoding encoding, const std::vector<float>& values) {
+    camera.encoding = encoding;
+    const std::vector<std::string> said = depth_doubts(camera, host(values, Storage::float32, camera.width));
+    return std::ranges::any_of(said, [](const std::string& each) { return each.starts_with("flat"); });
+}
+
 } // namespace
 
 TEST_CASE("doubts: mistakes are told of an image and of a sample of it, and what is right is not", "[doubts]") {
@@ -282,9 +289,7 @@ TEST_CASE("doubts: surfaces seen straight on tell distances along the ray from t
             Camera camera = camera_of(Encoding::ray_distance, columns, rows);
             camera.projection = perspective(2 * std::atan(bottom), static_cast<double>(columns) / rows, {0.1, 100});
             const auto told = [&](Encoding encoding, const std::vector<float>& values) {
-                camera.encoding = encoding;
-                const std::vector<std::string> said = depth_doubts(camera, host(values, Storage::float32, columns));
-                return std::ranges::any_of(said, [](const std::string& each) { return each.starts_with("flat"); });
+                return says_flat(camera, encoding, values);
             };
             CHECK(!told(Encoding::ray_distance, ray));
             CHECK(!told(Encoding::view_z, axis));
@@ -318,9 +323,7 @@ TEST_CASE("doubts: flat surfaces tell a wrong encoding under noise, too, and nev
                 Camera camera = camera_of(Encoding::view_z, columns, rows);
                 camera.projection = perspective(2 * std::atan(bottom), static_cast<double>(columns) / rows, {0.1, 100});
                 const auto told = [&](Encoding encoding, const std::vector<float>& values) {
-                    camera.encoding = encoding;
-                    const std::vector<std::string> said = depth_doubts(camera, host(values, Storage::float32, columns));
-                    return std::ranges::any_of(said, [](const std::string& each) { return each.starts_with("flat"); });
+                    return says_flat(camera, encoding, values);
                 };
                 CHECK(!told(Encoding::view_z, axis));
                 CHECK(!told(Encoding::ray_distance, ray));

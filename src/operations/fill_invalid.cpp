@@ -2,11 +2,9 @@
 
 #include <fathom/linearize.hpp>
 
-#include "operations/parameters.hpp"
-#include "runtime/scratch.hpp"
+#include "operations/moved_values.hpp"
 
 #include <cmath>
-#include <cstring>
 #include <vector>
 
 namespace fathom {
@@ -33,49 +31,31 @@ void farther_sides(int count, const auto& z_at, const auto& take) {
 
 void fill_invalid(const StoredDepth& stored, const Image& result) {
     check_stored(stored);
-    const Image& image = stored.image;
-    const int width = image.width(), height = image.height();
-    check_result(stored, {"the result", result}, image.element(), {width, height, image.channels()});
-    const std::size_t pixel = element_bytes(image.element()) * static_cast<std::size_t>(image.channels());
-    const auto at = [&](int x, int y) {
-        return static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x);
-    };
-    std::vector<std::byte> values(at(0, height) * pixel);
-    std::vector<float> z(at(0, height));
-    image.download(values.data());
-    linearize(stored).image.download(z.data());
-    std::vector<std::byte> filled = values;
-    for (int y = 0; y < height; ++y) {
-        const std::vector<float> row(z.begin() + static_cast<std::ptrdiff_t>(at(0, y)),
-                                     z.begin() + static_cast<std::ptrdiff_t>(at(0, y + 1)));
+    MovedValues pixels(stored, result);
+    for (int y = 0; y < pixels.height; ++y) {
+        const std::vector<float> row(pixels.z.begin() + static_cast<std::ptrdiff_t>(pixels.at(0, y)),
+                                     pixels.z.begin() + static_cast<std::ptrdiff_t>(pixels.at(0, y + 1)));
         farther_sides(
-            width, [&](int x) { return row[static_cast<std::size_t>(x)]; },
+            pixels.width, [&](int x) { return row[static_cast<std::size_t>(x)]; },
             [&](int x, int from) {
                 if (from == none)
                     return;
-                std::memcpy(&filled[at(x, y) * pixel], &values[at(from, y) * pixel], pixel);
-                z[at(x, y)] = row[static_cast<std::size_t>(from)];
+                pixels.take(pixels.at(x, y), pixels.values, pixels.at(from, y));
+                pixels.z[pixels.at(x, y)] = row[static_cast<std::size_t>(from)];
             });
     }
-    for (int x = 0; x < width; ++x)
+    for (int x = 0; x < pixels.width; ++x)
         farther_sides(
-            height, [&](int y) { return z[at(x, y)]; },
+            pixels.height, [&](int y) { return pixels.z[pixels.at(x, y)]; },
             [&](int y, int from) {
                 if (from != none && from != y)
-                    std::memcpy(&filled[at(x, y) * pixel], &filled[at(x, from) * pixel], pixel);
+                    pixels.take(pixels.at(x, y), pixels.moved, pixels.at(x, from));
             });
-    const Device& device = image.device();
-    runtime::copy(Image::from_host(device, image.element(), filled.data(), {width, height, image.channels()}), result);
-    device.finish(); // `filled` ends here
+    pixels.write(result);
 }
 
 StoredDepth fill_invalid(const StoredDepth& stored) {
-    check_stored(stored);
-    StoredDepth filled = stored;
-    filled.image = Image(stored.image.device(), stored.image.element(),
-                         {stored.image.width(), stored.image.height(), stored.image.channels()});
-    fill_invalid(stored, filled.image);
-    return filled;
+    return with_moved_values(stored, [&](const Image& result) { fill_invalid(stored, result); });
 }
 
 } // namespace fathom
