@@ -1,4 +1,5 @@
 #include "judge.hpp"
+#include "test_device.hpp"
 
 #include "quad.hpp"
 
@@ -80,8 +81,8 @@ const std::vector<Arithmetic>& arithmetics() {
 }
 
 const Device& device(Arithmetic arithmetic) {
-    static const Device automatic = Device::open("cpu");
-    static const Device two_float = Device::open("cpu", {.arithmetic = Arithmetic::two_float});
+    static const Device automatic = test_device();
+    static const Device two_float = test_device({.arithmetic = Arithmetic::two_float});
     return arithmetic == Arithmetic::two_float ? two_float : automatic;
 }
 

@@ -7,6 +7,7 @@
 #include "operations/dof/dof.hpp"
 #include "runtime/state.hpp"
 #include "ssao_call.hpp"
+#include "test_device.hpp"
 
 #include <fathom/fathom.hpp>
 
@@ -158,7 +159,7 @@ TEST_CASE("dof: what lies between its passes at 7680 x 4320", "[dof][bands][exha
     for (const auto& [quality, name, circle, most] : {std::tuple{Quality::fast, "fast", 512.0, 300e6},
                                                       {Quality::balanced, "balanced", 512.0, 300e6},
                                                       {Quality::accurate, "accurate", 64.0, 300e6}}) {
-        const Device device = Device::open("cpu");
+        const Device device = test_device();
         const Blurred all(device, width, height, circle, 3);
         const Image result = dof(all.stored, all.color, Blurred::lens, {.quality = quality});
         device.finish();
@@ -173,7 +174,7 @@ TEST_CASE("dof: what lies between its passes at 7680 x 4320", "[dof][bands][exha
 TEST_CASE("ssao: what lies between its passes at 7680 x 4320", "[ssao][bands][exhaustive]") {
     constexpr int width = 7680, height = 4320;
     constexpr double most = 500e6; // bytes, of scratch and tables
-    const Device device = Device::open("cpu");
+    const Device device = test_device();
     const Steps steps(width, height);
     const StoredDepth stored = steps.stored(device, Storage::float32);
     SsaoCall options = options_of(0.1, Quality::fast);

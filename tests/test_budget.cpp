@@ -6,6 +6,7 @@
 #include "operations/bands.hpp"
 #include "operations/ssao/ssao_reach.hpp"
 #include "runtime/state.hpp"
+#include "test_device.hpp"
 
 #include <fathom/fathom.hpp>
 
@@ -15,7 +16,7 @@ using namespace fathom::images;
 namespace {
 
 Device device_with(std::size_t budget, int vector_width = 0) {
-    return Device::open("cpu", {.vector_width = vector_width, .memory_budget = budget});
+    return test_device({.vector_width = vector_width, .memory_budget = budget});
 }
 
 // Steps and slopes, a floor that comes near the camera, and single invalid pixels.

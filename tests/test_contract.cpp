@@ -5,6 +5,7 @@
 #include "catch.hpp"
 #include "images.hpp"
 #include "judge.hpp"
+#include "test_device.hpp"
 
 #include "description/operations.hpp"
 #include "runtime/state.hpp"
@@ -318,8 +319,7 @@ const Device& device(int vector_width = 0, int group_size = 0) {
     const auto found = opened.find({vector_width, group_size});
     if (found != opened.end())
         return found->second;
-    return opened[{vector_width, group_size}] =
-               Device::open("cpu", {.vector_width = vector_width, .group_size = group_size});
+    return opened[{vector_width, group_size}] = test_device({.vector_width = vector_width, .group_size = group_size});
 }
 
 /// Are results the same from and in parts of larger memory, on a device of another vector width and group size?
@@ -418,7 +418,7 @@ constexpr std::size_t mebibyte = std::size_t{1} << 20;
 /// The budget that a call says it needs, in bytes; 0 if it has enough.
 std::size_t needed(const Call& call, const Scene& scene, std::size_t budget) {
     try {
-        call.make(scene.on(Device::open("cpu", {.memory_budget = budget})));
+        call.make(scene.on(test_device({.memory_budget = budget})));
     } catch (const Error& error) {
         const std::string message = error.what(), before = "needs a memory budget of ";
         REQUIRE(contains(message, before));
@@ -428,7 +428,7 @@ std::size_t needed(const Call& call, const Scene& scene, std::size_t budget) {
 }
 
 void check_budget(const Call& call, const Scene& scene) {
-    const Device free = Device::open("cpu");
+    const Device free = test_device();
     const auto expected = results(call, scene.on(free));
     const std::size_t taken = free.state().most_scratch_bytes, least = needed(call, scene, 1);
     INFO(call.name << " takes " << taken << " bytes, and says it needs " << least);
@@ -439,7 +439,7 @@ void check_budget(const Call& call, const Scene& scene) {
     if (least > mebibyte)
         CHECK(needed(call, scene, least - mebibyte) == least);
     for (const std::size_t budget : {std::max<std::size_t>(least, 1), least + least / 4, (least + 2 * taken) / 2}) {
-        const Device device = Device::open("cpu", {.memory_budget = std::max<std::size_t>(budget, 1)});
+        const Device device = test_device({.memory_budget = std::max<std::size_t>(budget, 1)});
         const auto got = results(call, scene.on(device));
         INFO("a budget of " << budget);
         for (std::size_t i = 0; i < got.size(); ++i)

@@ -6,6 +6,7 @@
 #include "judge.hpp"
 #include "quad.hpp"
 #include "subjects.hpp"
+#include "test_device.hpp"
 
 #include "operations/dof_masks/circle.hpp"
 
@@ -532,7 +533,7 @@ TEST_CASE("dof_masks: some weights have the bits that they have beside the other
     for (float& value : values)
         value = static_cast<float>(random() >> 8) * 0x1p-24f;
     const CircleOfConfusion circle{20, 140, 0, false};
-    const Device device = Device::open("cpu", {.memory_budget = 61 * 4 * 5}); // in bands
+    const Device device = test_device({.memory_budget = 61 * 4 * 5}); // in bands
     const StoredDepth stored{Image::from_host(device, Element::f32, values.data(), {61, 23}), camera};
     const Planes all = masks_of(values, camera, circle);
     const auto same = [](const Image& image, const std::vector<float>& expected) {

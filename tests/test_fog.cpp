@@ -3,6 +3,7 @@
 #include "camera_over.hpp"
 #include "catch.hpp"
 #include "images.hpp"
+#include "test_device.hpp"
 
 #include <fathom/fog.hpp>
 
@@ -14,7 +15,7 @@ constexpr float infinity = std::numeric_limits<float>::infinity();
 constexpr double radians = 0.017453292519943295;
 
 const Device& device() {
-    static const Device opened = Device::open("cpu");
+    static const Device opened = test_device();
     return opened;
 }
 
@@ -137,7 +138,7 @@ double worst_error(const View& view, const FogOptions& fog, int channels, std::u
                    Arithmetic arithmetic = Arithmetic::automatic) {
     const int width = view.camera.width, height = view.camera.height;
     const Picture given = picture(width, height, channels, seed);
-    const Device on = arithmetic == Arithmetic::automatic ? device() : Device::open("cpu", {.arithmetic = arithmetic});
+    const Device on = arithmetic == Arithmetic::automatic ? device() : test_device({.arithmetic = arithmetic});
     const std::vector<float> result = fogged(on, given, view, channels, fog);
     double worst = 0;
     for (int i = 0; i < width * height; ++i) {
@@ -280,7 +281,7 @@ TEST_CASE("fog: pictures of halves and of integers are those of floats, rounded"
         for (const float value : fogged(device(), exact, view, 4, fog))
             expected.push_back(static_cast<Code>(std::floor(static_cast<double>(value) * most + 0.5)));
         for (const int vector_width : {16, 8, 4, 1}) {
-            const Device on = Device::open("cpu", {.vector_width = vector_width});
+            const Device on = test_device({.vector_width = vector_width});
             const Image color = Image::from_host(on, element, codes.data(), {width, height, 4});
             std::vector<Code> result(codes.size());
             fathom::fog(stored_of(on, given.depth, view.camera), color, fog).download(result.data());

@@ -2,6 +2,7 @@
 // kind.
 // Depth is decoded to the bits that it gives in images of its own, and nothing is written beside them.
 #include "own_context.hpp"
+#include "test_device.hpp"
 
 #include <fathom/fathom.hpp>
 
@@ -15,7 +16,7 @@ using Buffer = std::shared_ptr<_cl_mem>;
 constexpr unsigned char guard = 0xff; // floats and halves of such bytes are NaN
 
 const Device& cpu() {
-    static const Device opened = Device::open("cpu");
+    static const Device opened = test_device();
     return opened;
 }
 

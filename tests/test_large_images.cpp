@@ -5,6 +5,7 @@
 #include "images.hpp"
 #include "runtime/state.hpp"
 #include "ssao_call.hpp"
+#include "test_device.hpp"
 
 #include <fathom/fathom.hpp>
 
@@ -98,7 +99,7 @@ Camera metric_camera(int width, int height, double scale = 1) {
 
 // The device, if it takes so many bytes at once: drivers take a quarter of the memory, or so.
 std::optional<Device> device_for(std::size_t bytes) {
-    const Device device = Device::open("cpu");
+    const Device device = test_device();
     const cl::Device target(runtime::queue_of(device).getInfo<CL_QUEUE_DEVICE>());
     if (target.getInfo<CL_DEVICE_MAX_MEM_ALLOC_SIZE>() >= bytes)
         return device;
@@ -109,7 +110,7 @@ std::optional<Device> device_for(std::size_t bytes) {
 } // namespace
 
 TEST_CASE("rows of 65537 pixels, and single rows and columns, have the bits of their parts", "[large][slow]") {
-    const Device device = Device::open("cpu");
+    const Device device = test_device();
     for (const auto& [width, height] : {std::pair{65537, 40}, {65537, 1}, {1, 65537}, {100003, 3}, {3, 100003}}) {
         INFO(width << " x " << height);
         Large large(width, height, true);
@@ -271,7 +272,7 @@ TEST_CASE("three channels that pass 2^31 elements have the bits of their parts",
 
 TEST_CASE("dof at 16384 x 8192 has the bits of its parts", "[large][dof][exhaustive]") {
     constexpr int width = 16384, height = 8192;
-    const Device device = Device::open("cpu", {.memory_budget = std::size_t{1} << 30});
+    const Device device = test_device({.memory_budget = std::size_t{1} << 30});
     Large large(width, height, true);
     const StoredDepth stored = large.stored(device);
     const Image color = large.rgb.on(device);

@@ -1,6 +1,7 @@
 // The last parameter of every operation: events before it, an event after it, and its queue.
 #include "images.hpp"
 #include "own_context.hpp"
+#include "test_device.hpp"
 
 #include "runtime/launched.hpp"
 #include "runtime/state.hpp"
@@ -19,7 +20,7 @@ constexpr int width = 40, height = 24;
 constexpr CircleOfConfusion lens{8, 16};
 
 const Device& device() {
-    static const Device opened = Device::open("cpu");
+    static const Device opened = test_device();
     return opened;
 }
 
@@ -199,7 +200,7 @@ TEST_CASE("launch: a device takes part in a context without keeping it too short
 
 TEST_CASE("launch: images of two devices are refused", "[launch]") {
     const Inputs inputs;
-    const Device beside = Device::open("cpu");
+    const Device beside = test_device();
     const std::string other_queue =
         " belongs to another Device than the stored depth, with a queue of its own; open one "
         "Device for both";

@@ -1,6 +1,7 @@
 // A lens of arguments, the camera's defaults and an image: each way to say it gives the circle of the same `Lens`.
 
 #include "catch.hpp"
+#include "test_device.hpp"
 
 #include <fathom/fathom.hpp>
 
@@ -29,7 +30,7 @@ void check_same(const CircleOfConfusion& circle, const CircleOfConfusion& expect
 TEST_CASE("lens arguments: the camera has what is not given, and the image has the focus", "[lens_arguments]") {
     const Camera camera = camera_of_z();
     const std::vector<float> values{1, 2, 3, 4, 5, std::numeric_limits<float>::quiet_NaN()};
-    const StoredDepth stored{Image::from_host(Device::open("cpu"), Element::f32, values.data(), {3, 2}), camera};
+    const StoredDepth stored{Image::from_host(test_device(), Element::f32, values.data(), {3, 2}), camera};
     const auto circle = [&](const LensArguments& lens, const LensDefaults& defaults) {
         return circle_for(completed(lens, defaults, camera.projection), stored);
     };

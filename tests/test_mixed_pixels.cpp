@@ -2,6 +2,7 @@
 
 #include "catch.hpp"
 #include "stability.hpp"
+#include "test_device.hpp"
 
 #include <fathom/dof_masks.hpp>
 #include <fathom/precision.hpp>
@@ -98,7 +99,7 @@ Picture rendered(const Scene& scene, const Stored& way, int samples) {
 
 // Calls `use` with the picture as depth.
 void with_stored(const Picture& picture, const Stored& way, const std::function<void(const StoredDepth&)>& use) {
-    static const Device device = Device::open("cpu");
+    static const Device device = test_device();
     std::vector<std::uint16_t> codes;
     for (const float value : picture.values)
         codes.push_back(static_cast<std::uint16_t>(std::lround(std::min(value, 1.0f) * 65535)));

@@ -2,6 +2,7 @@
 
 #include "catch.hpp"
 #include "images.hpp"
+#include "test_device.hpp"
 
 #include <fathom/fathom.hpp>
 
@@ -76,7 +77,7 @@ struct Masks {
 };
 
 Masks masks_of(Picture& picture, const DofMasksOptions& options) {
-    static const Device device = Device::open("cpu");
+    static const Device device = test_device();
     const Image depth = Image::from_host(device, Element::f32, picture.depth.data(), {picture.width, picture.height});
     const DofMasks got = dof_masks({depth, camera_of(picture.width, picture.height, picture.aspect)}, circle, options);
     return {floats(got.coc),          floats(got.near_weight),  floats(got.max_near_coc), floats(got.near_alpha),
@@ -234,7 +235,7 @@ TEST_CASE("near field: a plane covers itself once, and its edge as a blurred hal
 
 TEST_CASE("near field: only what is asked for is there", "[near_field]") {
     Picture picture = blobs(9, 5, 10, 3);
-    const Device device = Device::open("cpu");
+    const Device device = test_device();
     const StoredDepth stored{Image::from_host(device, Element::f32, picture.depth.data(), {9, 5}), camera_of(9, 5)};
     const DofMasks plain = dof_masks(stored, circle);
     CHECK(!plain.max_near_coc);
@@ -253,7 +254,7 @@ TEST_CASE("near field: only what is asked for is there", "[near_field]") {
 TEST_CASE("dof_masks: images of the caller's that do not fit are refused", "[dof_masks][near_field]") {
     const int width = 53, height = 37;
     Picture picture = blobs(width, height, 20, 9);
-    const Device device = Device::open("cpu");
+    const Device device = test_device();
     const StoredDepth stored{Image::from_host(device, Element::f32, picture.depth.data(), {width, height}),
                              camera_of(width, height)};
     constexpr DofMasksOptions weights{.near_weight = true, .focus_weight = true, .far_weight = true};

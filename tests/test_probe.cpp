@@ -2,6 +2,7 @@
 
 #include "catch.hpp"
 #include "runtime/probe.hpp"
+#include "test_device.hpp"
 
 #include <fathom/fathom.hpp>
 
@@ -99,13 +100,13 @@ TEMPLATE_TEST_CASE("probe: what rounds otherwise is found", "", float, double) {
 
 TEST_CASE("probe: a CPU rounds as IEEE 754 says, in vectors of every width") {
     for (const int width : {1, 4, 8, 16}) {
-        const Device device = Device::open("cpu", {.vector_width = width});
+        const Device device = test_device({.vector_width = width});
         const DeviceArithmetic found = probe_arithmetic(device);
         INFO(to_string(found));
         CHECK((found.exact() || device.info().platform == "rusticl")); // which makes denormals 0
         CHECK(found.fp64 == (device.info().fp64 ? std::optional(true) : std::nullopt));
     }
-    const Device two_float = Device::open("cpu", {.arithmetic = Arithmetic::two_float});
+    const Device two_float = test_device({.arithmetic = Arithmetic::two_float});
     const DeviceArithmetic found = probe_arithmetic(two_float);
     CHECK_FALSE(found.fp64);
     CHECK((to_string(found) == "exact, without double" || two_float.info().platform == "rusticl"));

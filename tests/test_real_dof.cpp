@@ -5,6 +5,7 @@
 #include "io_files.hpp"
 #include "path_traced.hpp"
 #include "real_inputs.hpp"
+#include "test_device.hpp"
 
 #include <fathom/fathom.hpp>
 #include <fathom/io.hpp>
@@ -37,7 +38,7 @@ TEST_CASE("real: the blur of Blender's frame against the path tracer's", "[dof][
     if (!there("blender/perspective"))
         return;
     const auto [depth, sharp, truth, camera, circle] = oracle::path_traced(data / "blender" / "perspective");
-    const Device device = Device::open("cpu");
+    const Device device = test_device();
     const Image stored = Image::from_host(device, Element::f32, depth.data, {depth.cols, depth.rows});
     const Image color = Image::from_host(device, Element::f32, sharp.data(), {depth.cols, depth.rows, 3});
     const std::vector<char> near = oracle::near_edges(depth);
@@ -93,7 +94,7 @@ TEST_CASE("real: a photograph with relative depth is blurred as with the frame's
     const double blur = static_cast<double>(lens.g) * (most - least);
     const double focus = (static_cast<double>(lens.k / lens.g) - least) / (most - least);
 
-    const Device device = Device::open("cpu");
+    const Device device = test_device();
     const auto figure = [&, &depth = depth, &truth = truth](const StoredDepth& stored, const CircleOfConfusion& circle,
                                                             double peak) {
         Picture light = read_picture(scratch / "photo.jpg");

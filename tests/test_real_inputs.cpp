@@ -2,6 +2,7 @@
 // so it tells whether the conventions are right, and how near to the truth of each file its numbers can be expected.
 
 #include "real_inputs.hpp"
+#include "test_device.hpp"
 
 #include <fathom/fathom.hpp>
 #include <fathom/opencv.hpp>
@@ -50,7 +51,7 @@ constexpr double renderer_slivers = 0.01; // share of pixels
 constexpr double renderer_pixel = 0.5;    // pixels
 
 Device cpu() {
-    return Device::open("cpu");
+    return test_device();
 }
 
 struct Spread {
@@ -342,7 +343,7 @@ TEST_CASE("real inputs: the lens of Blender's camera files", "[dof_masks][real]"
         const DepthFile depth = read_depth(data / "blender" / view / "sharp.exr");
         const CameraFile file = read_camera(data / "blender" / view / "camera.json");
         const Camera camera = camera_for(file, depth.values.cols, depth.values.rows);
-        const StoredDepth stored{to_device(Device::open("cpu"), depth.values), camera, depth.storage};
+        const StoredDepth stored{to_device(test_device(), depth.values), camera, depth.storage};
         const double focus = *file.lens.focus, focal = *file.lens.focal_length_mm, width = *file.lens.sensor_mm;
         const Lens lens{.f_stop = *file.lens.f_stop, .focus = focus, .focal_length_mm = focal, .sensor_mm = width};
         const CircleOfConfusion circle = circle_of_confusion(lens, camera);

@@ -7,6 +7,7 @@
 // this frame: 4.12 degrees over all, 0.92 away, 27.6 near.
 
 #include "real_inputs.hpp"
+#include "test_device.hpp"
 #if __has_include("baselines.hpp")
 #include "baselines.hpp"
 #endif
@@ -42,7 +43,7 @@ Frame read_frame(const fs::path& folder) {
     Frame frame{{}, read_depth(folder / "sharp.exr"), {}, {}};
     const cv::Mat& values = frame.depth.values;
     frame.camera = camera_for(read_camera(folder / "camera.json"), values.cols, values.rows);
-    linearize(Device::open("cpu"), values, frame.camera, frame.z);
+    linearize(test_device(), values, frame.camera, frame.z);
     for (int i = 0; i < 3; ++i)
         frame.truth[i] =
             read_depth(folder / "sharp.exr", {.channel = std::string("ViewLayer.Normal.") + "XYZ"[i]}).values;
@@ -108,7 +109,7 @@ TEST_CASE("real: Blender's depth gives the path tracer's normals", "[real][norma
         return;
     for (const char* kind : {"perspective", "orthographic"}) {
         const Frame frame = read_frame(data / "blender" / kind);
-        const Device device = Device::open("cpu");
+        const Device device = test_device();
         const StoredDepth stored{to_device(device, frame.depth.values), frame.camera, frame.depth.storage};
         std::printf("Blender %s, mean error in degrees\n", kind);
         const auto of_method = [&](const char* label, NormalMethod method) {

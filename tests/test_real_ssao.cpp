@@ -6,6 +6,7 @@
 #include "images.hpp"
 #include "path_traced.hpp"
 #include "real_inputs.hpp"
+#include "test_device.hpp"
 
 #include <fathom/fathom.hpp>
 
@@ -36,7 +37,7 @@ std::vector<float> visibility_of(const fs::path& folder, Quality quality, std::o
     const DepthFile depth = read_depth(folder / "sharp.exr");
     const int width = depth.values.cols, height = depth.values.rows;
     const Camera camera = camera_for(read_camera(folder / "camera.json"), width, height);
-    const Device device = Device::open("cpu");
+    const Device device = test_device();
     SsaoOptions options{.sampling = Sampling{.quality = quality},
                         .thickness = thick ? Thickness(*thick) : Thickness(Silhouette{})};
     const cv::Mat normals = with_normals ? read_normals(folder / "sharp.exr") : cv::Mat(); // the image reads its memory

@@ -1,5 +1,6 @@
 // Relative depth: its circles against the formula, and the steps of 8 bits made smooth against the plane that made them.
 #include "catch.hpp"
+#include "test_device.hpp"
 
 #include <fathom/fathom.hpp>
 #include <fathom/relative.hpp>
@@ -12,7 +13,7 @@ constexpr float not_a_number = std::numeric_limits<float>::quiet_NaN();
 
 std::vector<float> circles(std::vector<float> values, int width, const CircleOfConfusion& circle, RelativeOrder order) {
     const int height = static_cast<int>(values.size()) / width;
-    const Device device = Device::open("cpu");
+    const Device device = test_device();
     const Image image = Image::from_host(device, Element::f32, values.data(), {width, height});
     std::vector<float> result(values.size());
     dof_masks({image, relative_camera(width, height, order)}, circle).coc.download(result.data());

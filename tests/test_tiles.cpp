@@ -3,6 +3,7 @@
 #include "catch.hpp"
 #include "images.hpp"
 #include "runtime/state.hpp"
+#include "test_device.hpp"
 
 #include <fathom/fathom.hpp>
 
@@ -57,7 +58,7 @@ std::vector<std::vector<float>> all_floats(const std::vector<Image>& images, con
 
 void check(const Scene& scene, const Subject& subject) {
     INFO(subject.name);
-    const Device device = Device::open("cpu");
+    const Device device = test_device();
     const StoredDepth stored = scene.stored(device);
     const Image color = scene.picture(device);
     const std::vector<Image> whole = subject.run(stored, color);
@@ -77,7 +78,7 @@ void check(const Scene& scene, const Subject& subject) {
     const std::size_t taken = device.state().most_scratch_bytes;
     std::printf("%s: reads %d columns and %d rows around a tile; takes %.2f MiB, %.2f at most\n", subject.name.c_str(),
                 columns, rows, static_cast<double>(taken) / (1 << 20), static_cast<double>(subject.bytes) / (1 << 20));
-    const Device bounded = Device::open("cpu", {.memory_budget = std::max<std::size_t>(subject.bytes, 1)});
+    const Device bounded = test_device({.memory_budget = std::max<std::size_t>(subject.bytes, 1)});
     const std::vector<Image> again = subject.run(scene.stored(bounded), scene.picture(bounded));
     CHECK(std::ranges::equal(all_floats(again, {0, 0, width, height}), all_floats(whole, {0, 0, width, height}),
                              [](const auto& a, const auto& b) { return same_bits(a, b); }));
@@ -97,7 +98,7 @@ TEST_CASE("tiles: reach and bytes are enough", "[tiles]") {
              [=](const StoredDepth& depth, const Image&) { return std::vector{normals(depth, options)}; }});
 
     const CircleOfConfusion lens{40, 180};
-    const StoredDepth stored = scene.stored(Device::open("cpu"));
+    const StoredDepth stored = scene.stored(test_device());
     const double widest = static_cast<double>(widest_coc(stored, lens));
     CHECK(widest > 5);
     CHECK(widest < 20);
@@ -128,7 +129,7 @@ TEST_CASE("tiles: reach and bytes are enough", "[tiles]") {
 TEST_CASE("tiles: ssao's reach and bytes are enough", "[tiles][slow]") {
     const Scene scene;
     const Tile tile(scene.camera, Storage::float32, {0, 0, width, height});
-    const StoredDepth stored = scene.stored(Device::open("cpu"));
+    const StoredDepth stored = scene.stored(test_device());
     for (const auto& [name, options] :
          {std::pair{"ssao, all pixels", SsaoOptions{.sampling = Sampling{.half_resolution = false}}},
           {"ssao at half resolution", SsaoOptions{.sampling = Sampling{.half_resolution = true}}},

@@ -203,12 +203,17 @@ void Image::download(void* data, std::size_t row_stride) const {
             queue.finish();
             return;
         }
-        const std::array<cl::size_type, 3> from{offset_ % layout_.row_stride * size, offset_ / layout_.row_stride, 0};
-        const std::array<cl::size_type, 3> to{0, 0, 0};
-        const std::array<cl::size_type, 3> box{row_elements(layout_) * size, static_cast<cl::size_type>(layout_.height),
-                                               1};
-        queue.enqueueReadBufferRect(buffer, CL_TRUE, from, to, box, layout_.row_stride * size, 0, row_stride * size, 0,
-                                    data);
+        // The last row goes by itself: NVIDIA's driver takes no rectangle whose last row ends before its stride does where
+        // the buffer ends, too.
+        const std::size_t row = row_elements(layout_) * size, before = static_cast<std::size_t>(layout_.height - 1);
+        if (before > 0) {
+            const std::array<cl::size_type, 3> from{offset_ % layout_.row_stride * size, offset_ / layout_.row_stride,
+                                                    0};
+            queue.enqueueReadBufferRect(buffer, CL_FALSE, from, {0, 0, 0}, {row, before, 1}, layout_.row_stride * size,
+                                        0, row_stride * size, 0, data);
+        }
+        queue.enqueueReadBuffer(buffer, CL_TRUE, (offset_ + before * layout_.row_stride) * size, row,
+                                static_cast<char*>(data) + before * row_stride * size);
     };
     runtime::ask(device_, read, "cannot hand over an image");
 }

@@ -137,16 +137,22 @@ void copy(const Image& from, const Image& to) {
         const cl::Buffer source = whole(from), target = whole(to);
         const std::size_t from_pitch = from.row_stride() * size, to_pitch = to.row_stride() * size;
         keep_order(from.device());
+        const auto copy_row = [&](std::size_t y) {
+            queue.enqueueCopyBuffer(source, target, first(from) + y * from_pitch, first(to) + y * to_pitch, width);
+        };
         if (source() == target() && from_pitch != to_pitch) { // OpenCL takes one pitch for a rectangle of one buffer
             for (std::size_t y = 0; y < rows; ++y)
-                queue.enqueueCopyBuffer(source, target, first(from) + y * from_pitch, first(to) + y * to_pitch, width);
+                copy_row(y);
             return;
         }
         const auto corner = [](std::size_t byte, std::size_t pitch) {
             return std::array<cl::size_type, 3>{byte % pitch, byte / pitch, 0};
         };
-        queue.enqueueCopyBufferRect(source, target, corner(first(from), from_pitch), corner(first(to), to_pitch),
-                                    {width, rows, 1}, from_pitch, 0, to_pitch, 0);
+        if (rows > 1) { // the last row goes by itself, as in Image::download
+            queue.enqueueCopyBufferRect(source, target, corner(first(from), from_pitch), corner(first(to), to_pitch),
+                                        {width, rows - 1, 1}, from_pitch, 0, to_pitch, 0);
+        }
+        copy_row(rows - 1);
     };
     ask(from.device(), start, "cannot copy an image");
 }

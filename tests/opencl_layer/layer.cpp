@@ -410,6 +410,29 @@ bool blocks(const Arguments& arguments) {
         return false;
 }
 
+/// Does a buffer hold a rectangle's rows in the whole length of their pitch? NVIDIA's driver refuses one whose last row is
+/// cut short, though OpenCL permits that.
+bool holds_rows(cl_mem buffer, const size_t* origin, const size_t* region, size_t pitch) {
+    std::size_t bytes = 0;
+    target.clGetMemObjectInfo(buffer, CL_MEM_SIZE, sizeof bytes, &bytes, nullptr);
+    return (origin[1] + region[1]) * std::max(pitch, region[0]) <= bytes;
+}
+
+template <Call call, typename Arguments>
+bool nvidia_takes(const Arguments& arguments) {
+    if constexpr (call == Call::clEnqueueReadBufferRect || call == Call::clEnqueueWriteBufferRect) {
+        return holds_rows(std::get<1>(arguments), std::get<3>(arguments), std::get<5>(arguments),
+                          std::get<6>(arguments));
+    } else if constexpr (call == Call::clEnqueueCopyBufferRect) {
+        return holds_rows(std::get<1>(arguments), std::get<3>(arguments), std::get<5>(arguments),
+                          std::get<6>(arguments)) &&
+               holds_rows(std::get<2>(arguments), std::get<4>(arguments), std::get<5>(arguments),
+                          std::get<8>(arguments));
+    } else {
+        return true;
+    }
+}
+
 template <Call call, auto function, typename Type>
 struct Hook;
 
@@ -485,6 +508,8 @@ struct Hook<call, function, Result(CL_API_CALL*)(Arguments...)> {
     }
 
     static Result enqueue(Tuple& given) {
+        if (!nvidia_takes<call>(given))
+            return failed<Result>(CL_INVALID_VALUE, given);
         const cl_command_queue queue = std::get<0>(given);
         const bool waits = blocks<call>(given);
         if (waits)

@@ -3,6 +3,8 @@
 #include "layer.hpp"
 #include "operations.hpp"
 
+#include "runtime/scratch.hpp"
+
 #include <fathom/fathom.hpp>
 
 using namespace fathom;
@@ -71,4 +73,25 @@ TEST_CASE("waits: linearize, normals, ssao and dof_masks wait once, and take no 
     std::printf("  together %.1f ms, the four alone %.1f ms: median ratio %.3f\n", median(chained), median(alone),
                 median(ratios));
     CHECK(median(ratios) <= 1 + noise);
+}
+
+TEST_CASE("waits: rows of an image whose stride is longer are read and copied as NVIDIA's driver asks", "[waits]") {
+    const Device device = Device::open("cpu");
+    const int wide = 37, high = 5; // the buffer ends with the last row's pixels, and the layer refuses to read beyond
+    const std::vector<float> values = operations::depth(wide, high);
+    const Image given = Image::from_host(device, Element::f32, values.data(), {wide, high});
+    for (const auto& [x, y, width, height] :
+         {std::array{0, 0, wide, high}, std::array{3, 2, 30, 3}, std::array{5, 4, 32, 1}}) {
+        CAPTURE(x, y, width, height);
+        const Image own(device, Element::f32, {wide, high}), other(device, Element::f32, {wide, high});
+        REQUIRE(own.row_stride() > static_cast<std::size_t>(wide));
+        runtime::copy(given, own);
+        runtime::copy(own.region(x, y, width, height), other.region(x, y, width, height));
+        std::vector<float> result(static_cast<std::size_t>(width * height));
+        other.region(x, y, width, height).download(result.data());
+        for (int row = 0; row < height; ++row) // as bits, since one is NaN
+            REQUIRE(std::memcmp(&result[static_cast<std::size_t>(row * width)],
+                                &values[static_cast<std::size_t>((y + row) * wide + x)],
+                                static_cast<std::size_t>(width) * sizeof(float)) == 0);
+    }
 }
