@@ -48,6 +48,9 @@ public:
         return blur_error(got);
     }
 
+    /// Squares of the errors that were found last, at each sample point.
+    const std::vector<double>& squares() const { return squares_; }
+
     /// Of ssao, against brute force over the same depth image at its thickness.
     Deviation method_error(const Method& method) {
         if (!layer_)
@@ -160,7 +163,14 @@ private:
         const std::vector<float> got = floats_of(method.run(on_));
         const oracle::Off off =
             oracle::error_of(truth, [&](const oracle::Sample& p) { return static_cast<double>(got[index(p.x, p.y)]); });
-        return {"visibility", off.bias, off.rmse, off.p99, off.worst, truth.size()};
+        if (as_thick_as_brute_force) {
+            squares_.clear();
+            for (const oracle::Sample& p : truth) {
+                const double error = static_cast<double>(got[index(p.x, p.y)]) - p.visibility;
+                squares_.push_back(error * error);
+            }
+        }
+        return {"visibility", off.bias, off.rmse, off.p99, off.worst, off.common, truth.size()};
     }
 
     // Not where the circle reaches beyond the image.
@@ -176,10 +186,16 @@ private:
 
     Deviation blur_error(std::vector<float> got) {
         std::vector<double> errors;
-        for (const BlurSample& sample : blur_)
-            for (int i = 0; i < 3; ++i)
+        squares_.clear();
+        for (const BlurSample& sample : blur_) {
+            double sum = 0;
+            for (int i = 0; i < 3; ++i) {
                 errors.push_back(static_cast<double>(got[3 * index(sample.x, sample.y) + static_cast<std::size_t>(i)]) -
                                  sample.color[i]);
+                sum += errors.back() * errors.back();
+            }
+            squares_.push_back(sum / 3);
+        }
         return summary("colour", errors);
     }
     const View& view_;
@@ -188,6 +204,7 @@ private:
     std::optional<oracle::DepthLayer> layer_;
     std::optional<std::vector<oracle::Sample>> brute_force_, rays_;
     std::vector<BlurSample> blur_;
+    std::vector<double> squares_;
 };
 
 } // namespace
@@ -212,6 +229,8 @@ std::vector<Figures> errors(const Device& device, const std::vector<Method>& met
         } else {
             rows.back().error = judge.error(method);
         }
+        if (method.operation == "ssao" || method.operation == "dof")
+            rows.back().squares = judge.squares();
         report(rows.back());
     };
     for (const View& view : views) {

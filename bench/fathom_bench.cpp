@@ -21,7 +21,7 @@ struct Arguments {
     Size size = {0, 0}; // the table's own
     int frames = 0;
     DeviceOptions options = {};
-    std::string table = "operations", csv = {};
+    std::string table = "operations", csv = {}, pairs = {};
     double megapixels = 64;
     Effort effort = {.report = print_row};
 };
@@ -30,10 +30,10 @@ constexpr const char* help =
     "usage: fathom_bench [--table NAME] [--device WHAT] [--size WxH] [--rounds N] [--frames N] [--only TEXT]\n"
     "                    [--seconds S] [--megapixels N] [--two-float] [--vector-width V] [--group N] "
     "[--processor-time]\n"
-    "                    [--csv FILE]\n"
+    "                    [--csv FILE] [--pairs FILE]\n"
     "  --table operations  every operation, camera and formula on random depths (3840x2160, the default table)\n"
     "          errors      every method against the truth in seven scenes (960x540)\n"
-    "          presets     every method's time and memory in a room (1920x1080 and 3840x2160)\n"
+    "          presets     every method's time and memory in a room (1920x1080, 3840x2160 and 960x540)\n"
     "          pixels      one method of each operation, from 0.1 megapixels on\n"
     "          radius      ssao and dof, radii of 4 to 512 pixels (1920x1080)\n"
     "  --rounds N   runs of every row (default 31); rows that take long run less often\n"
@@ -43,6 +43,7 @@ constexpr const char* help =
     "  --only TEXT  only rows with TEXT in their names, and the copies that they are compared with; operations: in\n"
     "               every round\n"
     "  --processor-time  count the threads' own time, for a machine that others use too\n"
+    "  --pairs FILE errors: each quality beside every other method, as a table\n"
     "  --csv FILE   the table for programs: bench/figures.hpp says what its columns are\n";
 
 [[noreturn]] void usage(const std::string& message) {
@@ -71,6 +72,7 @@ Arguments parse(int argc, char** argv) {
         {"--vector-width", [&](Value v) { a.options.vector_width = std::stoi(v); }},
         {"--group", [&](Value v) { a.options.group_size = std::stoi(v); }},
         {"--csv", [&](Value v) { a.csv = v; }},
+        {"--pairs", [&](Value v) { a.pairs = v; }},
         {"--table", [&](Value v) { a.table = v; }},
         {"--megapixels", [&](Value v) { a.megapixels = std::stod(v); }},
         {"--seconds", [&](Value v) { a.effort.seconds = std::stod(v); }},
@@ -98,11 +100,11 @@ std::vector<Figures> made(const Device& device, const Arguments& a) {
         return operations(device, size_or(3840, 2160), a.frames, a.effort);
     Baselines kernels(device, false);
     const std::vector<Method> list = methods(kernels);
-    const auto [width, height] = size_or(960, 540);
+    const auto [width, height] = size_or(error_size.first, error_size.second);
     if (a.table == "errors")
         return errors(device, list, views(width, height), a.effort.only, print_row);
     if (a.table == "presets") {
-        std::vector<View> rooms{room_view(1920, 1080), room_view(3840, 2160)};
+        std::vector<View> rooms{room_view(1920, 1080), room_view(3840, 2160), room_view(width, height)};
         if (a.size.first > 0)
             rooms = {room_view(width, height)};
         return presets(device, list, rooms, a.effort);
@@ -128,6 +130,8 @@ int main(int argc, char** argv) {
             usage("no row has \"" + a.effort.only + "\" in its name");
         if (!a.csv.empty())
             table_of(device, rows, a.effort.clock).write_csv(a.csv);
+        if (!a.pairs.empty())
+            pairs_of(device, rows).write_csv(a.pairs);
     } catch (const std::exception& error) {
         std::fprintf(stderr, "fathom_bench: %s\n", error.what());
         return 1;

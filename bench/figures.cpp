@@ -3,6 +3,10 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <map>
+#include <numeric>
+#include <random>
+#include <tuple>
 #include <utility>
 
 namespace fathom::bench {
@@ -10,6 +14,43 @@ namespace {
 
 Cell if_any(double value) {
     return value > 0 ? Cell(value) : Cell();
+}
+
+constexpr int resamples = 1000;
+constexpr const char* silhouette_suffix = ", silhouette"; // has the error of its constant thickness
+
+// At one place: the errors of all methods, resampled alike.
+void compare(Table& table, const std::vector<const Figures*>& rows) {
+    const std::size_t points = rows.front()->squares.size();
+    std::vector<std::vector<double>> errors(rows.size());
+    std::mt19937 random(1);
+    std::vector<double> drawn(points);
+    for (int i = 0; i < resamples; ++i) {
+        std::vector<std::size_t> chosen;
+        for (std::size_t k = 0; k < points; ++k)
+            chosen.push_back(random() % points);
+        for (std::size_t m = 0; m < rows.size(); ++m) {
+            std::ranges::transform(chosen, drawn.begin(), [&](std::size_t k) { return rows[m]->squares[k]; });
+            errors[m].push_back(common_rms(drawn));
+        }
+    }
+    const auto is_preset = [](const std::string& name) {
+        return name == "fast" || name == "balanced" || name == "accurate";
+    };
+    for (std::size_t m = 0; m < rows.size(); ++m)
+        for (std::size_t other = 0; other < rows.size() && is_preset(rows[m]->method); ++other) {
+            if (other == m || rows[other]->method.ends_with(silhouette_suffix))
+                continue;
+            std::vector<double> ratios;
+            for (std::size_t i = 0; i < errors[m].size(); ++i)
+                ratios.push_back(errors[other][i] / errors[m][i]);
+            const Figures& f = *rows[m];
+            const double least = quantile(ratios, 0.025);
+            if (least < 1 || is_preset(rows[other]->method))
+                table.add({f.operation, f.method, f.storage, f.scene, 1.0 * f.width, 1.0 * f.height,
+                           if_any(f.radius_px), rows[other]->method,
+                           common_rms(rows[other]->squares) / common_rms(f.squares), least, quantile(ratios, 0.975)});
+        }
 }
 
 std::vector<Cell> cells(const Figures& f, Clock clock) {
@@ -36,6 +77,7 @@ std::vector<Cell> cells(const Figures& f, Clock clock) {
     for (const double each : {in_scene.mean, in_scene.rms, in_scene.p99, in_scene.worst})
         row.push_back(f.scene_error ? Cell(each) : Cell());
     row.push_back(if_any(f.bytes));
+    row.push_back(judged ? Cell(error.common) : Cell());
     return row;
 }
 
@@ -56,7 +98,18 @@ Deviation summary(std::string unit, const std::vector<double>& errors) {
     error.rms = std::sqrt(error.rms / count);
     error.p99 = quantile(sizes, 0.99);
     error.worst = *std::ranges::max_element(sizes);
+    for (double& each : sizes)
+        each *= each;
+    error.common = common_rms(std::move(sizes));
     return error;
+}
+
+double common_rms(std::vector<double> squares) {
+    const auto kept = static_cast<std::ptrdiff_t>(0.98 * static_cast<double>(squares.size()));
+    if (kept == 0)
+        return 0;
+    std::nth_element(squares.begin(), squares.begin() + kept - 1, squares.end());
+    return std::sqrt(std::accumulate(squares.begin(), squares.begin() + kept, 0.0) / static_cast<double>(kept));
 }
 
 void print_row(const Figures& row) {
@@ -78,11 +131,23 @@ void print_row(const Figures& row) {
     std::fflush(stdout);
 }
 
+Table pairs_of(const Device& device, const std::vector<Figures>& rows) {
+    Table table(device, {"operation", "method", "storage", "scene", "width", "height", "radius_px", "other", "ratio",
+                         "least", "most"});
+    std::map<std::tuple<std::string, std::string, double>, std::vector<const Figures*>> places;
+    for (const Figures& row : rows)
+        if (row.operation == "ssao" || row.operation == "dof")
+            places[{row.operation, row.scene, row.radius_px}].push_back(&row);
+    for (const auto& [place, methods] : places)
+        compare(table, methods);
+    return table;
+}
+
 Table table_of(const Device& device, const std::vector<Figures>& rows, Clock clock) {
     Table table(device, {"operation", "method",        "kind",      "storage",   "scene",       "width",  "height",
                          "radius_px", "clock",         "runs",      "ms",        "ms_q25",      "ms_q75", "floor",
                          "floor_ms",  "time_to_floor", "unit",      "mean",      "rms",         "p99",    "worst",
-                         "points",    "scene_mean",    "scene_rms", "scene_p99", "scene_worst", "bytes"});
+                         "points",    "scene_mean",    "scene_rms", "scene_p99", "scene_worst", "bytes",  "common"});
     for (const Figures& row : rows)
         table.add(cells(row, clock));
     return table;

@@ -15,8 +15,12 @@ struct Deviation {
     std::string unit;
     double mean = 0; ///< signed, where the unit has a sign
     double rms = 0, p99 = 0, worst = 0;
+    double common = 0; ///< rms of all but the worst 2 %
     std::size_t points = 0;
 };
+
+/// Root of the mean of all but the largest 2 % of the squares.
+double common_rms(std::vector<double> squares);
 
 /// Of single errors, signed or not.
 Deviation summary(std::string unit, const std::vector<double>& errors);
@@ -35,6 +39,7 @@ struct Figures {
     double floor_seconds = 0; ///< median
     std::optional<Deviation> error = {};
     std::optional<Deviation> scene_error = {}; ///< ssao: against the scene itself, at the method's own thickness
+    std::vector<double> squares = {};          ///< of the error at each sample point; not in the table
     double bytes = 0;                          ///< of the device's memory; 0: not counted
 };
 
@@ -55,7 +60,15 @@ void print_row(const Figures& row);
 ///                                           colour     of 1, got less true
 ///   scene_mean, scene_rms, scene_p99, scene_worst    ssao: the same against rays into the scene itself
 ///   bytes                                 images in and out, and scratch
+///   common                                rms of all but the worst 2 % of the points
 /// Empty: not measured.
 Table table_of(const Device& device, const std::vector<Figures>& rows, Clock clock);
+
+/// Each preset of ssao and dof beside every other preset, and every other method that may be more exact, at each place: what the other's `common` error is divided by the
+/// preset's, and between what 95 % of paired bootstraps of the sample points have it.
+///   device, driver, commit                as Table writes them
+///   operation, method, storage, scene, width, height, radius_px    as above; the method is the preset
+///   other, ratio, least, most
+Table pairs_of(const Device& device, const std::vector<Figures>& rows);
 
 } // namespace fathom::bench

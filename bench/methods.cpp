@@ -219,6 +219,29 @@ void add_ssao(std::vector<Method>& list) {
                 occlusion(text(slices, " x ", samples, suffix),
                           {.sampling = Sampling{.slices = slices, .samples = samples, .half_resolution = half}}));
     }
+    struct Swept {
+        int slices, samples, jitter;
+        double growth;
+        bool half;
+    };
+    constexpr Swept swept[] = {
+        {1, 8, 16, 4, false},  {1, 24, 16, 1, false}, {1, 24, 16, 2, false}, {1, 24, 16, 4, false},
+        {1, 32, 16, 4, false}, {2, 16, 16, 4, false}, {2, 24, 16, 4, false}, {2, 32, 16, 2, false},
+        {2, 32, 16, 4, false}, {3, 32, 16, 4, false}, {4, 16, 4, 4, false},  {4, 30, 4, 1, false},
+        {4, 30, 4, 4, false},  {8, 32, 4, 4, false},  {1, 8, 16, 4, true},   {1, 16, 16, 1, true},
+        {1, 16, 16, 4, true},  {1, 32, 16, 4, true},  {2, 32, 16, 4, true},  {4, 30, 4, 4, true},
+    };
+    for (const Swept& each : swept) {
+        list.push_back(
+            occlusion(text(each.slices, " x ", each.samples, each.jitter == 16 ? "" : ", jitter 4",
+                           each.growth > 1 ? text(", growth ", each.growth) : "", each.half ? ", half resolution" : ""),
+                      {.sampling = Sampling{.slices = each.slices,
+                                            .samples = each.samples,
+                                            .growth = each.growth,
+                                            .jitter = each.jitter,
+                                            .half_resolution = each.half}}));
+        list.back().swept = true;
+    }
 }
 
 void add_dof(std::vector<Method>& list, Baselines& kernels) {

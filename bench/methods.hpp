@@ -21,6 +21,8 @@ struct Method {
     std::function<Image(Case&)> run;            ///< starts it; the result is overwritten by the next run
     std::function<void(Case&)> prepare = {};    ///< makes what a frame needs besides; not timed
     std::function<bool(const View&)> fits = {}; ///< can it be used on a view? Empty: on each
+    bool swept =
+        false; ///< one of the samplings that the qualities of ssao were chosen from: timed where errors are measured alone
 
     /// "OPERATION NAME" contains the text.
     bool matches(const std::string& only) const { return (operation + ' ' + name).find(only) != std::string::npos; }

@@ -120,12 +120,15 @@ std::vector<Figures> presets(const Device& device, const std::vector<Method>& me
     Slow slow;
     for (const View& view : views) {
         Case on(device, view);
-        const auto wanted = [&](const Method& m) { return m.matches(effort.only) && !slow.contain(m); };
+        const bool small = view.camera().width <= error_size.first;
+        const auto wanted = [&](const Method& m) {
+            return m.matches(effort.only) && !slow.contain(m) && (small || !m.swept);
+        };
         const auto occlusion = [&](const Method& m) { return m.operation == "ssao" && wanted(m); };
         on.radius_px = on.width() / 20.0;
         on.max_coc_px = on.width() / 30.0;
         append(rows, timed(on, methods, wanted, effort));
-        if (&view == &views.front()) {
+        if (view.camera().width < 3840) {
             on.radius_px = 2 * on.width() / 5.0;
             append(rows, timed(on, methods, occlusion, effort));
         }

@@ -35,8 +35,11 @@ inline constexpr double largest_accurate_px = 128;
 
 using Size = std::pair<int, int>;
 
-/// Every method in each of the views, with the floors: rays of a twentieth of the width, circles up to a thirtieth; and, in the
-/// first view, `ssao` with rays of two fifths too. What takes longer than `longest_run` is left out of the views that follow.
+/// What errors are measured at, and times too.
+inline constexpr Size error_size{960, 540};
+
+/// Every method in each of the views, with the floors: rays of a twentieth of the width, circles up to a thirtieth; and, in views
+/// less than 3840 wide, `ssao` with rays of two fifths too. Those that were swept are timed at `error_size` or less only. What takes longer than `longest_run` is left out of the views that follow.
 std::vector<Figures> presets(const Device& device, const std::vector<Method>& methods, const std::vector<View>& views,
                              const Effort& effort);
 

@@ -125,13 +125,21 @@ constexpr double as_it_is = std::numeric_limits<double>::quiet_NaN();
 /// What numbers are set to: in turn, one value for each round. Others are 0.3, or above their least, in one of them, and 0.1 in
 /// the rest if they have no default.
 const std::map<std::string, std::array<double, 3>> numbers{
-    {"slices", {as_it_is, 2, as_it_is}},        {"samples", {as_it_is, 5, as_it_is}},
-    {"jitter", {as_it_is, as_it_is, 4}},        {"thickness", {as_it_is, 0.1, std::numeric_limits<double>::infinity()}},
-    {"tolerance", {as_it_is, 2, as_it_is}},     {"seed", {as_it_is, 9, as_it_is}},
-    {"noise", {as_it_is, as_it_is, 1e-3}},      {"channels", {as_it_is, 4, as_it_is}},
-    {"transition_px", {as_it_is, 0, 2}},        {"tile_px", {as_it_is, 7, as_it_is}},
-    {"blades", {as_it_is, 5, as_it_is}},        {"rotation_degrees", {as_it_is, 20, as_it_is}},
-    {"ratio", {as_it_is, as_it_is, 1.5}},       {"start", {as_it_is, 2, as_it_is}},
+    {"slices", {as_it_is, 2, as_it_is}},
+    {"samples", {as_it_is, 5, as_it_is}},
+    {"growth", {as_it_is, 8, as_it_is}},
+    {"jitter", {as_it_is, as_it_is, 4}},
+    {"thickness", {as_it_is, 0.1, std::numeric_limits<double>::infinity()}},
+    {"tolerance", {as_it_is, 2, as_it_is}},
+    {"seed", {as_it_is, 9, as_it_is}},
+    {"noise", {as_it_is, as_it_is, 1e-3}},
+    {"channels", {as_it_is, 4, as_it_is}},
+    {"transition_px", {as_it_is, 0, 2}},
+    {"tile_px", {as_it_is, 7, as_it_is}},
+    {"blades", {as_it_is, 5, as_it_is}},
+    {"rotation_degrees", {as_it_is, 20, as_it_is}},
+    {"ratio", {as_it_is, as_it_is, 1.5}},
+    {"start", {as_it_is, 2, as_it_is}},
     {"max_opacity", {as_it_is, as_it_is, 0.5}},
 };
 

@@ -165,15 +165,17 @@ TEST_CASE("ssao in blocks: thin bars and low steps keep all pixels", "[ssao][blo
     }
 }
 
-TEST_CASE("ssao in blocks: numbers of slices, samples and jitter keep all pixels", "[ssao][blocks]") {
+TEST_CASE("ssao in blocks: numbers of slices, samples, growth and jitter keep all pixels", "[ssao][blocks]") {
     const Camera camera = perspective_camera();
     const std::vector<float> values = yard(camera);
     const StoredDepth stored = stored_of(values, camera);
     for (const bool without : {false, true}) {
-        SsaoCall slices = options_of(yard_radius(Quality::fast), Quality::fast), samples = slices, jitter = slices;
+        SsaoCall slices = options_of(yard_radius(Quality::fast), Quality::fast), samples = slices, growth = slices,
+                 jitter = slices;
         sampling_of(slices).slices = 1, sampling_of(samples).samples = 6, sampling_of(jitter).jitter = 16;
+        sampling_of(growth).growth = 1;
         const auto all = visibility_of(stored, whole(Quality::fast, yard_radius(Quality::fast)));
-        for (SsaoCall* call : {&slices, &samples, &jitter}) {
+        for (SsaoCall* call : {&slices, &samples, &growth, &jitter}) {
             if (without)
                 sampling_of(*call).half_resolution = false;
             CHECK(same_bits(visibility_of(stored, *call), all));

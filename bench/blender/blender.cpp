@@ -274,8 +274,10 @@ int main(int argc, char** argv) {
         Baselines kernels(device, false);
         const std::vector<Method> all = methods(kernels);
         const Blender blender(program);
-        std::vector<Figures> rows = timed(device, blender, all, width, height, effort);
-        const int error_width = std::min(width, 960), error_height = error_width * height / width;
+        const int error_width = std::min(width, error_size.first), error_height = error_width * height / width;
+        std::vector<Figures> rows = timed(device, blender, all, error_width, error_height, effort);
+        for (Figures& row : timed(device, blender, all, width, height, effort))
+            rows.push_back(std::move(row));
         for (Figures& row : errors(device, {defocus(blender)}, views(error_width, error_height), "", effort.report))
             rows.push_back(std::move(row));
         for (Figures& row : against_path_tracer(device, blender, effort))

@@ -183,8 +183,10 @@ int main(int argc, char** argv) {
         const Device device = Device::open("cpu");
         Baselines kernels(device, false);
         const std::vector<Method> list = compared(kernels);
-        std::vector<Figures> rows = presets(device, list, {opencv_views(width, height).front()}, effort);
-        const int error_width = std::min(width, 960), error_height = error_width * height / width;
+        const int error_width = std::min(width, error_size.first), error_height = error_width * height / width;
+        std::vector<Figures> rows =
+            presets(device, list,
+                    {opencv_views(error_width, error_height).front(), opencv_views(width, height).front()}, effort);
         for (Figures& row : errors(device, list, opencv_views(error_width, error_height), "", effort.report))
             if (row.operation != "filter")
                 rows.push_back(std::move(row));

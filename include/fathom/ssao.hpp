@@ -23,6 +23,9 @@ struct Sampling {
     Quality quality = Quality::balanced;
     std::optional<int> slices = {};  ///< planes through the view ray, 1 to 64
     std::optional<int> samples = {}; ///< samples on either side of a slice, 1 to 256
+    /// Up to how many times as many samples long rays take, 1 to 8: they grow with the square root of the radius beyond 48 pixels.
+    /// Default: 1.
+    std::optional<double> growth = {};
     /// 1, 4 or 16 neighbouring pixels turn and shift their slices and samples, and are averaged over as many afterwards. 1 turns
     /// both off.
     std::optional<int> jitter = {};
@@ -31,7 +34,7 @@ struct Sampling {
     /// planes. A pixel without a valid computed neighbour is open, with a confidence of 0. true: everywhere; false: nowhere.
     /// Default: a quality chooses it for each block of 64 x 64 pixels of the camera's image, where the radius covers many
     /// pixels, and takes more samples there. In none of seven scenes is its rms error larger by more than a tenth.
-    /// With `slices`, `samples` or `jitter` the default is false.
+    /// With `slices`, `samples`, `growth` or `jitter` the default is false.
     std::optional<bool> half_resolution = {};
 };
 

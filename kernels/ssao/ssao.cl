@@ -52,6 +52,23 @@ INLINE uint at_tap(const placeV* place, const split_params* split, __global cons
            (uint)(clamp(column, -split_margin, (int)split->columns) - column);
 }
 
+// How many of the taps lie in the image for some lane: a slice that has left it does not come back.
+INLINE int taps_inside(const placeV* place, const split_params* split, __global const tap_params* taps, int count) {
+    if (place->inside)
+        return count;
+    int least = 0;
+    while (least < count) {
+        const int middle = (least + count) / 2;
+        const int column = place->column + ((taps[middle].rows_columns << 16) >> 16);
+        const int row = place->row + (taps[middle].rows_columns >> 16);
+        if (column + V > 0 && column < (int)split->columns && row >= 0 && row < (int)split->rows)
+            least = middle + 1;
+        else
+            count = middle;
+    }
+    return least;
+}
+
 INLINE pixelV pixel_at(__global const float* fronts, __global const float* slopes, const split_params* split,
                        const occlusion_params* p, uint here, int pattern, int column, int row) {
     pixelV c;
@@ -228,9 +245,10 @@ KERNEL void ssao(__global const float* fronts, __global const float* backs, __gl
                 __global const tap_params* const tap =
                     (__global const tap_params*)taps + counts[2 * p.levels + level] + ((uint)count + 2) * table + 1;
                 const placeV place = place_at(here, column, row, (int)counts[p.levels + level], &split);
+                const int inside = p.border_repeats ? count : taps_inside(&place, &split, tap, count);
                 intV covered = 0;
-                for (int done = 0; done < count; done += 32) {
-                    const uint rising = rising_taps(&side, &from, &place, first, tap + done, min(count - done, 32));
+                for (int done = 0; done < inside; done += 32) {
+                    const uint rising = rising_taps(&side, &from, &place, first, tap + done, min(inside - done, 32));
                     covered |= sectors_of_taps(&side, &from, &place, first, tap + done, rising);
                 }
                 found = select(found, covered, active);

@@ -13,10 +13,14 @@ inline constexpr Range ssao_radius = above(0);
 template <typename Visitor, Is<SsaoOptions> Options>
 void describe(const Visitor& v, Options& o) {
     v("quality", in<&Sampling::quality>(o.sampling), {"fast", "balanced", "accurate"},
-      "speed against accuracy: sets slices, samples, jitter and half resolution");
+      "speed against accuracy: sets slices, samples, growth, jitter and half resolution");
     v("slices", in<&Sampling::slices>(o.sampling), whole(1, 64), "number of planes through the view ray", "by quality");
     v("samples", in<&Sampling::samples>(o.sampling), whole(1, 256), "number of samples on either side of a slice",
       "by quality");
+    v("growth", in<&Sampling::growth>(o.sampling), between(1, 8),
+      "up to how many times as many samples long rays take: they grow with the square root of the radius beyond 48 "
+      "pixels",
+      "1");
     v("jitter", in<&Sampling::jitter>(o.sampling), one_of(1.0, 4.0, 16.0),
       "number of neighbouring pixels that look into different directions and are averaged. 1 turns both off",
       "by quality");

@@ -52,6 +52,9 @@ float inverse(double value) {
 // Distances grow with this power of their number.
 constexpr double tap_power = 1.5;
 
+// Samples grow from this radius on.
+constexpr double growth_from_px = 48;
+
 // A slice of one jitter pattern: its direction on the screen, fraction of the radius, and rounding of its sectors.
 struct Turn {
     double cosine, sine, of_radius, rounding;
@@ -59,9 +62,9 @@ struct Turn {
 
 class Maker {
 public:
-    Maker(int slices, int samples, int jitter, double falloff, std::uint32_t seed, PlaneLayout place)
-        : slices_(slices), samples_(samples), jitter_(jitter), falloff_(falloff), scramble_(seed * plastic),
-          place_(place) {}
+    Maker(const Counts& counts, double falloff, std::uint32_t seed, PlaneLayout place)
+        : slices_(counts.slices), samples_(counts.samples), jitter_(counts.jitter), growth_(counts.growth),
+          falloff_(falloff), scramble_(seed * plastic), place_(place) {}
 
     Turn turn(int pattern, int slice) const {
         const double shift = fraction((rank(pattern, jitter_) + 0.5) / jitter_ + scramble_);
@@ -74,7 +77,7 @@ public:
                 1.0 / 16 + rounding * 7 / 8};
     }
 
-    int count(double radius) const { return std::min(samples_, static_cast<int>(std::ceil(radius))); }
+    int count(double radius) const { return samples_within(radius, samples_, growth_); }
 
     /// Appends the pixel itself, a side's taps, and what lies beyond the last. Returns how many of a plane's rows or
     /// columns they reach.
@@ -130,18 +133,24 @@ private:
     }
 
     int slices_, samples_, jitter_;
-    double falloff_, scramble_;
+    double growth_, falloff_, scramble_;
     PlaneLayout place_;
 };
 
 } // namespace
 
-SliceTable slice_table(int slices, int samples, int largest_radius, int jitter, double falloff, std::uint32_t seed,
+int samples_within(double radius_px, int samples, double growth) {
+    const double times = std::clamp(std::sqrt(radius_px / growth_from_px), 1.0, growth);
+    return static_cast<int>(std::min(std::round(samples * times), std::ceil(radius_px)));
+}
+
+SliceTable slice_table(const Counts& counts, int largest_radius, double falloff, std::uint32_t seed,
                        PlaneLayout place) {
-    SliceTable table{.slices = slices, .samples = samples, .levels = 1, .taps = {}, .turns = {}, .counts = {0}};
+    const int slices = counts.slices;
+    SliceTable table{.slices = slices, .samples = counts.samples, .levels = 1, .taps = {}, .turns = {}, .counts = {0}};
     while (std::exp2(table.levels / 2.0) < largest_radius)
         ++table.levels;
-    const Maker maker(slices, samples, jitter, falloff, seed, place);
+    const Maker maker(counts, falloff, seed, place);
     for (int i = 0; i < patterns * slices; ++i) {
         const Turn turn = maker.turn(i / slices, i % slices);
         table.turns.insert(table.turns.end(),
@@ -162,13 +171,13 @@ SliceTable slice_table(int slices, int samples, int largest_radius, int jitter, 
     return table;
 }
 
-std::size_t slice_table_bytes(int slices, int samples, int largest_radius) {
-    const auto sides = static_cast<std::size_t>(patterns * slices * 2);
+std::size_t slice_table_bytes(const Counts& counts, int largest_radius) {
+    const auto sides = static_cast<std::size_t>(patterns * counts.slices * 2);
     std::size_t taps = 0, levels = 0;
     do {
         ++levels;
         const double radius = std::exp2(static_cast<double>(levels) / 2);
-        taps += sides * (std::min(static_cast<std::size_t>(samples), static_cast<std::size_t>(std::ceil(radius))) + 2);
+        taps += sides * static_cast<std::size_t>(samples_within(radius, counts.samples, counts.growth) + 2);
     } while (std::exp2(static_cast<double>(levels) / 2) < largest_radius);
     return taps * sizeof(params::tap_params) + 4 * (2 * sides + 3 * levels + 1);
 }

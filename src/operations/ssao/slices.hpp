@@ -8,6 +8,12 @@
 
 namespace fathom {
 
+/// How many slices and samples there are on the screen.
+struct Counts {
+    int slices, samples, jitter;
+    double growth; ///< power of the radius in pixels that samples grow with
+};
+
 /// Where the pixels of each of the 16 jitter patterns are sampled, as kernels/ssao/ssao.cl reads it.
 struct SliceTable {
     int slices;
@@ -32,11 +38,14 @@ struct PlaneLayout {
     int stride, plane;
 };
 
+/// Samples on a side whose radius covers so many pixels: `samples`, beyond `growth_from_px` times the radius to the power `growth`,
+/// and never more than there are pixels.
+int samples_within(double radius_px, int samples, double growth);
+
 /// Pure: no device. Even numbers of slices without jitter are invariant under quarter turns and mirrors.
-SliceTable slice_table(int slices, int samples, int largest_radius, int jitter, double falloff, std::uint32_t seed,
-                       PlaneLayout place);
+SliceTable slice_table(const Counts& counts, int largest_radius, double falloff, std::uint32_t seed, PlaneLayout place);
 
 /// Bytes of such a table.
-std::size_t slice_table_bytes(int slices, int samples, int largest_radius);
+std::size_t slice_table_bytes(const Counts& counts, int largest_radius);
 
 } // namespace fathom

@@ -14,7 +14,7 @@ namespace {
 
 // What a slice table is made from.
 struct SliceKey {
-    std::uint64_t falloff; // the bits of a double
+    std::uint64_t growth, falloff; // the bits of doubles
     int slices, samples, largest_radius, jitter;
     std::uint32_t seed;
     PlaneLayout place;
@@ -23,8 +23,9 @@ struct SliceKey {
 
 std::shared_ptr<const DeviceSlices> slices_on(const Device& device, const SliceKey& key) {
     return runtime::kept<DeviceSlices>(device, key, [&] {
-        const SliceTable table = slice_table(key.slices, key.samples, key.largest_radius, key.jitter,
-                                             std::bit_cast<double>(key.falloff), key.seed, key.place);
+        const SliceTable table =
+            slice_table({key.slices, key.samples, key.jitter, std::bit_cast<double>(key.growth)}, key.largest_radius,
+                        std::bit_cast<double>(key.falloff), key.seed, key.place);
         return std::make_shared<const DeviceSlices>(
             DeviceSlices{{table.slices, table.samples, table.levels, {}, {}, {}},
                          runtime::table(device, Element::f32, table.taps),
@@ -53,7 +54,8 @@ Call::Call(const StoredDepth& depth, double length, const SsaoOptions& asked, Wo
     : workspace(shared), stored(depth), radius(length), options(asked), device(depth.image.device()),
       rays(centre_rays(camera_rays(depth.camera))), lattice(pixel_lattice(depth, is_half(asked) ? 2 : 1)),
       split(split_parameters(lattice)), chosen(counts_of(sampling_of(asked))),
-      table(slices_on(device, {std::bit_cast<std::uint64_t>(asked.falloff),
+      table(slices_on(device, {std::bit_cast<std::uint64_t>(chosen.growth),
+                               std::bit_cast<std::uint64_t>(asked.falloff),
                                chosen.slices,
                                chosen.samples,
                                longest_side_of(workspace.whole, lattice.every),

@@ -8,11 +8,12 @@
 namespace fathom {
 
 Counts counts_of(const Sampling& sampling) {
-    constexpr Counts of_quality[] = {{1, 6, 16}, {1, 32, 16}, {4, 30, 4}};
+    constexpr Counts of_quality[] = {{1, 6, 16, 1}, {1, 32, 16, 1}, {4, 30, 4, 1}};
     Counts chosen = of_quality[static_cast<int>(sampling.quality)];
     chosen.slices = sampling.slices.value_or(chosen.slices);
     chosen.samples = sampling.samples.value_or(chosen.samples);
     chosen.jitter = sampling.jitter.value_or(chosen.jitter);
+    chosen.growth = sampling.growth.value_or(chosen.growth);
     return chosen;
 }
 
@@ -24,8 +25,8 @@ const HalfResolution& half_of(Quality quality) {
 bool chooses_blocks(const Tile& tile, const SsaoOptions& options) {
     const PixelLattice half = pixel_lattice(tile, 2);
     const Sampling& sampling = sampling_of(options);
-    return !sampling.half_resolution && !sampling.slices && !sampling.samples && !sampling.jitter && half.width > 0 &&
-           half.height > 0;
+    return !sampling.half_resolution && !sampling.slices && !sampling.samples && !sampling.growth && !sampling.jitter &&
+           half.width > 0 && half.height > 0;
 }
 
 SsaoOptions half_options(const SsaoOptions& options) {

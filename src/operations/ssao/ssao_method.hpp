@@ -1,5 +1,7 @@
 #pragma once
 
+#include "operations/ssao/slices.hpp"
+
 #include <fathom/ssao.hpp>
 
 #include <variant>
@@ -26,10 +28,7 @@ inline bool is_half(const SsaoOptions& options) {
     return sampling_of(options).half_resolution.value_or(false);
 }
 
-/// How many there are on the screen, by quality or as the sampling says.
-struct Counts {
-    int slices, samples, jitter;
-};
+/// By quality, or as the sampling says.
 Counts counts_of(const Sampling& sampling);
 
 /// How a quality chooses blocks of half resolution, and samples there. docs/research/ambient-occlusion.md has the measurements.

@@ -58,7 +58,7 @@ std::size_t bytes_between(const Tile& tile, const SsaoOptions& options, int rows
         if (has_silhouettes(options))
             bytes += floats(lattice.width, lattice.height);
         const Counts counts = counts_of_pass(tile, options, every);
-        bytes += slice_table_bytes(counts.slices, counts.samples, longest_side_of(tile, every));
+        bytes += slice_table_bytes(counts, longest_side_of(tile, every));
     }
     if (half)
         for (const int channels : {1, options.confidence ? 1 : 0, options.bent_normal ? 3 : 0})
