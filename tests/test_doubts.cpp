@@ -144,13 +144,24 @@ TEST_CASE("doubts: mistakes are told of an image and of a sample of it, and what
 
 TEST_CASE("doubts: units that no source of metres or millimetres has are told", "[doubts]") {
     Camera metres = camera_of(Encoding::view_z), millimetres = metres;
-    metres.in_metres = millimetres.in_metres = true;
+    metres.usual_metres = 1000;
+    millimetres.usual_metres = 10;
     millimetres.scale = 0.001;
     check_silent(metres, host(image<float>([](double z) { return 100 * z; }), Storage::float32)); // to 1 km
     check_told(metres, host(image<float>([](double z) { return 1000 * z; }), Storage::float32), "\"scale\": 0.001");
     check_silent(millimetres, host(image<std::uint16_t>([](double z) { return 100 * z; }), Storage::uint16));
     check_told(millimetres, host(image<std::uint16_t>([](double z) { return 20 * z; }), Storage::uint16),
                "nearer than such cameras see");
+    check_told(millimetres, host(image<std::uint16_t>([](double z) { return 5000 * z; }), Storage::uint16),
+               "0.0002 those of TUM");
+    check_silent(millimetres,
+                 host(image<std::uint16_t>([](double z) { return 2000 * z; }), Storage::uint16)); // to 20 m
+    metres.usual_metres = 50;
+    check_told(metres, host(image<float>([](double z) { return 100 * z; }), Storage::float32), "0.01 centimetres");
+    Camera bytes = millimetres;
+    check_told(bytes, host(image<std::uint8_t>([](double z) { return 25 * z; }), Storage::uint8), "end at 0.255");
+    bytes.scale = 0.02;
+    check_silent(bytes, host(image<std::uint8_t>([](double z) { return 25 * z; }), Storage::uint8));
 }
 
 TEST_CASE("doubts: a radius and a lens are held against what the image shows", "[doubts]") {
@@ -398,13 +409,53 @@ TEST_CASE("doubts: numbers that are no depth are told with their key, unless the
                 camera.background = number;
                 CHECK(told(values, each.storage).find("stands apart") == std::string::npos);
             }
+    const auto missing = [](double number) { return "say \"missing\": " + std::to_string(std::lround(number)); };
+    // The same on single pixels here and there, and on a third of them that is nearer than all else.
+    const auto scattered = [&](double number, double (*stored)(double z), int one_in) {
+        std::vector<double> values;
+        std::mt19937 random(2);
+        for (int i = 0; i < columns * rows; ++i)
+            values.push_back(random() % static_cast<unsigned>(one_in) == 0
+                                 ? number
+                                 : stored(plane(i * (width * height / columns / rows))));
+        return values;
+    };
+    const auto heights = [](double z) { return std::round(1000 + 100 * z); };
+    for (const int one_in : {400, 100, 20, 3})
+        for (const auto& [encoding, scale, storage, stored, number] :
+             {std::tuple{Encoding::view_z, 0.001, Storage::uint16, +millimetres, 65535.0},
+              {Encoding::view_z, 1.0, Storage::float32, +metres, 9999.0},
+              {Encoding::view_z, -1.0, Storage::float32, +heights, -9999.0},
+              {Encoding::view_z, 0.001, Storage::uint16, +millimetres, 1000.0},
+              {Encoding::view_z, 0.001, Storage::uint16, +millimetres, 255.0},
+              {Encoding::inverse, 400.0, Storage::uint16, +disparity, 0.0}}) {
+            camera = camera_of(encoding, columns, rows);
+            if (scale < 0)
+                camera.projection = orthographic({-4, 4, -3, 3}, {0, 1000});
+            camera.scale = scale;
+            const auto values = scattered(number, stored, one_in);
+            INFO(number << " at one pixel in " << one_in);
+            CHECK(told(values, storage).find(missing(number)) != std::string::npos);
+            camera.missing = number;
+            CHECK(told(values, storage) == "");
+        }
     camera = camera_of(Encoding::view_z, columns, rows);
+    for (const double number : {-9999.0, -32768.0})
+        CHECK(told(scattered(number, metres, 3), Storage::float32).find(missing(number)) != std::string::npos);
     camera.scale = 0.001;
+    auto near = with(1000, millimetres); // a box, seen straight on
+    CHECK(told(near, Storage::uint16) == "");
+    for (std::size_t i = 0; i < near.size() / 3; ++i)
+        near[i] = 1000;
+    CHECK(told(near, Storage::uint16).find("say \"missing\": 1000") != std::string::npos);
     auto wall = with(10000, [](double) { return 2000.0; }); // a wall and a box, seen straight on
     CHECK(told(wall, Storage::uint16) == "");
     CHECK(told(std::vector(wall.size(), 1000.0), Storage::uint16) == "");
     CHECK(told(with(2047, [](double z) { return std::round(300 + 70 * z); }), Storage::uint16)
               .find("\"scale\": -351.3, \"offset\": -1092.5") != std::string::npos);
+    CHECK(told(with(16376, [](double z) { return 8 * std::round(300 + 70 * z); }), Storage::uint16)
+              .find("\"scale\": -2810.4, \"offset\": -8740") != std::string::npos);
+    CHECK(told(with(16376, [](double z) { return 8 * std::round(1000 + 50 * z); }), Storage::uint16) == "");
 
     auto filtered = with(0, millimetres);
     camera.missing = 0;
@@ -518,7 +569,7 @@ TEST_CASE("doubts: the bits of half floats are told under any scale, and codes l
 TEST_CASE("doubts: bits that are rotated are told wherever depth goes on beyond them, and no others") {
     Camera camera = camera_of(Encoding::view_z, room_width, room_height);
     camera.scale = 0.001;
-    camera.in_metres = true;
+    camera.usual_metres = 10;
     std::mt19937 random(6);
     std::normal_distribution<double> noise;
     const auto said = [&](const std::vector<std::uint16_t>& codes) {

@@ -598,6 +598,15 @@ TEST_CASE("cameras: Open3D's intrinsics and parameters, column by column", "[io]
     const auto refused = [&](const std::string& text, const std::string& said, const std::string& preset = "kinect") {
         check_says([&] { import_camera(put(folder / "bad.json", text), {.preset = preset}); }, {"bad.json: ", said});
     };
+    const fs::path shot = put(folder / "trajectory.json",
+                              R"({"class_name": "PinholeCameraTrajectory", "parameters": [{"extrinsic": [)" + columns +
+                                  R"(], "intrinsic": {)" + lens + R"(}}, {"intrinsic": {)" + lens + "}}]}");
+    check_sees(camera_for(import_camera(shot, {.image = "0", .preset = "kinect"}), 640, 480), world.points(pixel),
+               doubles);
+    check_sees(camera_for(import_camera(shot, {.image = "1", .preset = "kinect"}), 640, 480), unmoved.points(pixel),
+               doubles);
+    check_says([&] { import_camera(shot, {.preset = "kinect"}); }, {"has 2 cameras; say which with --image: 0, 1"});
+    refused(R"({"class_name": "PinholeCameraTrajectory", "parameters": [7]})", "\"class_name\"");
     refused("{" + lens + "}", "does not say what the values of the depth mean; name its source", "");
     refused(R"({"intrinsic_matrix": [500, 0, 321.5, 0, 510, 237.5, 0, 0, 1]})", "is it transposed?");
     refused(R"({"intrinsic_matrix": [500, 0, 0]})", "must be a list of 9 numbers");
@@ -643,6 +652,14 @@ TEST_CASE("cameras: a scene and a camera of BOP", "[io][cameras]") {
     unmoved.to_camera.setIdentity();
     check_sees(camera_for(whole, 640, 480), unmoved.points(pixel), doubles);
     CHECK(whole.camera.scale == 0.0005);
+    for (const char* scale : {"-0.5", "0"})
+        check_says(
+            [&] {
+                import_camera(put(folder / "camera.json",
+                                  std::string(R"({"cx": 1, "cy": 1, "fx": 5, "fy": 5, "depth_scale": )") + scale + "}"),
+                              {});
+            },
+            {"\"depth_scale\": ", scale, "how many millimetres a code is"});
 }
 
 TEST_CASE("cameras: a camera matrix in a text, as ScanNet has it", "[io][cameras]") {
@@ -655,7 +672,7 @@ TEST_CASE("cameras: a camera matrix in a text, as ScanNet has it", "[io][cameras
     for (const char* text :
          {"500.0 0.0 321.5 0.0\n0.0 510.0 237.5 0.0\n0.0 0.0 1.0 0.0\n0.0 0.0 0.0 1.0\n",
           "5e2 0 321.5\r\n0 510 237.5\r\n0 0 1", "# K\n[[500, 0, 321.5],\n [0, 510, 237.5],\n [0, 0, 1]]\n",
-          "500 0 321.5 0\n0 510 237.5 0\n0 0 1 0\n"})
+          "500 0 321.5 0\n0 510 237.5 0\n0 0 1 0\n", "500 0 321.5 45.8 0 510 237.5 -0.3 0 0 1 0.005"})
         check_sees(
             camera_for(reread(folder, import_camera(put(folder / "k.txt", text), {.preset = "scannet"})), 640, 480),
             world.points(pixel), doubles);
@@ -664,6 +681,9 @@ TEST_CASE("cameras: a camera matrix in a text, as ScanNet has it", "[io][cameras
     };
     refused("0.9 -0.1 0.4 1\n0.1 0.9 0.1 2\n-0.4 0 0.9 3\n0 0 0 1\n", "is it the camera's place?");
     refused("500 0 0\n0 510 0\n321.5 237.5 1\n", "is it transposed?");
+    refused("480 20 330 4\n-20 500 240 5\n0.01 0.02 1 6\n", "cv2.decomposeProjectionMatrix");
+    refused("1 0 0 4\n0 1 0 5\n0 0 1 6\n", "or the camera's place?");
+    refused(std::string("II*\0\x08\0\0\0\x10", 9), "is no camera, but an image");
     refused("500 0 321.5 0 510 237.5 0 0", "holds no camera that Fathom knows");
     refused("500 0 321.5 0 510 237.5 0 0 nan", "holds no camera that Fathom knows");
 }

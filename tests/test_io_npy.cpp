@@ -177,7 +177,7 @@ TEST_CASE("npy: every type, byte order and order of axes", "[io]") {
 
 TEST_CASE("npy: a float64 is the nearest float, and axes of one element are left out", "[io]") {
     const TempFolder folder;
-    for (const char* shape : {"(1, 2)", "(1, 1, 2)", "(1, 2, 1)"}) {
+    for (const char* shape : {"(1, 2)", "(1, 1, 2)", "(1, 2, 1)", "(1, 1, 2, 1)", "(1, 1, 1, 2)"}) {
         std::string bytes = header("<f8", false, shape);
         append(bytes, 0.1, false);
         append(bytes, std::numeric_limits<double>::infinity(), false);
@@ -424,6 +424,8 @@ TEST_CASE("npy: COLMAP's maps of depth and normals", "[io]") {
     const std::string good = map(1);
     for (std::size_t length = 1; length < good.size(); ++length)
         CHECK_THROWS_AS(read_depth(put(folder / "a.bin", good.substr(0, length))), Error);
+    check_says([&] { read_depth(put(folder / "a.bin", good + std::string(4, '\0'))); },
+               {"a.bin: is damaged", "pixels have 60 bytes, and it has 64"});
     for (const char* bad : {"5&3&2&", "5&-3&1&", "0&3&1&", "99999999999&9999999999&1&", "5&3&1", "5&3&x&", "&&&"})
         CHECK_THROWS_AS(read_depth(put(folder / "a.bin", std::string(bad) + std::string(60, '\0'))), Error);
 }

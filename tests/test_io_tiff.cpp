@@ -141,3 +141,12 @@ TEST_CASE("tiff: channels in separate planes are refused", "[io]") {
     TIFFClose(tiff);
     check_says([&] { read_color(file); }, {"a.tif: keeps its channels in separate planes"});
 }
+
+TEST_CASE("tiff: integers of 64 bits are refused", "[io]") {
+    const TempFolder folder;
+    for (const int format : {SAMPLEFORMAT_UINT, SAMPLEFORMAT_INT}) {
+        const auto file =
+            write_tiff(folder / "a.tif", cv::Mat::zeros(8, 8, CV_64FC1), static_cast<std::uint16_t>(format), {});
+        check_says([&] { read_depth(file); }, {"a.tif: has integers of 64 bits; save depth as integers of 16 bits"});
+    }
+}

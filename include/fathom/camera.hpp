@@ -93,7 +93,8 @@ struct Camera {
     std::optional<double> background_from; ///< so do this stored value and all that mean a greater distance
     /// The same from 65504 on, where half floats end. In full floats only that value itself, and from 1e10 on.
     bool background_from_largest_half = false;
-    bool in_metres = false;        ///< is a scene unit a metre, as a source of depth has it? For doubts alone
+    double usual_metres =
+        0; ///< beyond which the source has hardly half of its depths, if it counts in metres. For doubts alone
     std::optional<double> missing; ///< stored value that means "not measured": an invalid pixel
     std::optional<int>
         depth_bits; ///< 1 to 24, or 32: of the buffer that a float image came from, for error bounds and fits

@@ -22,6 +22,7 @@ struct Preset {
     std::string projection; ///< the key of the projection that people have: fov_x_deg, fov_y_deg or fx
     std::string usual;      ///< what that key usually is; empty where nothing is usual
     std::vector<Need> needs = {};
+    double usual_metres = 1000; ///< beyond which it has hardly half of its depths, where the formula counts in metres
 };
 
 /// All sources, in alphabetical order of their names.

@@ -125,10 +125,11 @@ std::vector<float> upsample_along_edges(const HostFloats& depth, const HostFloat
 }
 
 void restore_highlights_of(float* pixels, std::size_t count, int channels, double peak) {
-    constexpr double from = 0.97;
+    constexpr double from = 0.97,
+                     nearly = 0.9; // nearly white: what makes it white changes it by 12 codes of sRGB at most
     constexpr double saturated = 0.11, pale = 0.2; // smallest channel over the largest
-    const auto white = [](double channel) {
-        const double over = std::clamp((channel - from) / (1 - from), 0.0, 1.0);
+    const auto white = [](double channel, double begins) {
+        const double over = std::clamp((channel - begins) / (1 - begins), 0.0, 1.0);
         return over * over;
     };
     for (float* pixel = pixels; count > 0; --count, pixel += channels) {
@@ -138,10 +139,11 @@ void restore_highlights_of(float* pixels, std::size_t count, int channels, doubl
         const auto [least, middle, most] = sorted;
         if (!(most > from))
             continue;
-        // A lamp that is brighter than white clips a second channel as well, unless its colour is saturated. One channel at
-        // white is else a pale surface or the sky, whose other channels say how bright it is.
-        const double colored = std::clamp((pale - least / most) / (pale - saturated), 0.0, 1.0) * white(most);
-        const auto gain = static_cast<float>(1 + (peak - 1) * std::max(white(middle), colored));
+        // A lamp that is brighter than white clips all channels, unless its colour is saturated. With one or two at white it is else a
+        // pale surface or the sky, whose other channels say how bright it is.
+        const double colored = std::clamp((pale - least / most) / (pale - saturated), 0.0, 1.0) * white(most, from);
+        const auto gain =
+            static_cast<float>(1 + (peak - 1) * std::max(std::min(white(middle, from), white(least, nearly)), colored));
         for (int c = 0; c < 3; ++c)
             pixel[c] *= gain;
     }

@@ -373,9 +373,9 @@ CameraFile read(JsonObject json) {
     auto& camera = file.camera;
     const bool has_own_scale = json.has("scale");
     file.preset = use_preset(json);
-    camera.in_metres = !has_own_scale && std::ranges::any_of(presets(), [&](const Preset& each) {
-        return each.name == file.preset && each.formula.find("metres") != std::string::npos;
-    });
+    for (const Preset& each : presets())
+        if (each.name == file.preset && !has_own_scale && each.formula.find("metres") != std::string::npos)
+            camera.usual_metres = each.usual_metres;
     camera.encoding = read_encoding(json);
     camera.near_plane = json.number("near");
     camera.far_plane = json.number_or_infinity("far");

@@ -203,18 +203,21 @@ ImportedCamera completed(const fs::path& file, Imported imported, const ImportOp
 }
 
 Imported import_parsed(const fs::path& file, json json, const ImportOptions& options) {
-    const bool gltf = is_gltf(json), transforms = !gltf && is_transforms(json), bop = is_bop(json);
+    const bool gltf = is_gltf(json), transforms = !gltf && is_transforms(json), bop = is_bop(json),
+               open3d = is_open3d(json);
     if (!options.node.empty() && !gltf)
         refuse(file, "has no nodes, so leave out --node; that is for glTF");
-    if (!options.image.empty() && !transforms && !bop)
-        refuse(file, "has no images, so leave out --image; that is for COLMAP, transforms.json and BOP");
+    if (!options.image.empty() && !transforms && !bop && !(open3d && json.contains("parameters")))
+        refuse(
+            file,
+            "has no images, so leave out --image; that is for COLMAP, transforms.json, BOP and Open3D's trajectories");
     if (options.undistorted)
         refuse(file, "is no calibration of OpenCV or ROS, which --undistorted is for; leave it out");
-    return gltf              ? import_gltf(file, json, options)
-           : transforms      ? import_transforms(file, json, options)
-           : bop             ? import_bop(file, json, options)
-           : is_open3d(json) ? import_open3d(file, json)
-                             : Imported{.keys = std::move(json)};
+    return gltf         ? import_gltf(file, json, options)
+           : transforms ? import_transforms(file, json, options)
+           : bop        ? import_bop(file, json, options)
+           : open3d     ? import_open3d(file, json, options)
+                        : Imported{.keys = std::move(json)};
 }
 
 } // namespace fathom::io

@@ -67,20 +67,34 @@ bool is_scene(const json& object) {
 
 /// Millimetres of codes, and metres of the scene.
 json values_by(const fs::path& file, const json& object, const std::string& path) {
-    return {{"encoding", "view-z"},
-            {"scale", 0.001 * number_at(file, object, "depth_scale", path).value_or(1)},
-            {"missing", 0}};
+    const double millimetres = number_at(file, object, "depth_scale", path).value_or(1);
+    if (!(millimetres > 0))
+        refuse(file, "\"" + path + "depth_scale\": " + shown(object["depth_scale"]) +
+                         " must be positive: how many millimetres a code is");
+    return {{"encoding", "view-z"}, {"scale", 0.001 * millimetres}, {"missing", 0}};
 }
 
 } // namespace
 
 bool is_open3d(const json& object) {
-    return object.is_object() &&
-           (object.contains("intrinsic_matrix") || (object.contains("intrinsic") && object["intrinsic"].is_object() &&
-                                                    object["intrinsic"].contains("intrinsic_matrix")));
+    const auto has_cameras = [&] {
+        return object.contains("parameters") && object["parameters"].is_array() && !object["parameters"].empty() &&
+               std::ranges::all_of(object["parameters"], is_open3d);
+    };
+    return object.is_object() && (has_cameras() || object.contains("intrinsic_matrix") ||
+                                  (object.contains("intrinsic") && object["intrinsic"].is_object() &&
+                                   object["intrinsic"].contains("intrinsic_matrix")));
 }
 
-Imported import_open3d(const fs::path& file, const json& object) {
+Imported import_open3d(const fs::path& file, const json& object, const ImportOptions& options) {
+    if (object.contains("parameters")) { // a PinholeCameraTrajectory
+        std::vector<std::string> names;
+        for (std::size_t i = 0; i < object["parameters"].size(); ++i)
+            names.push_back(std::to_string(i));
+        return import_open3d(
+            file, object["parameters"][chosen(file, names, options.image, options.depth, "camera", "--image")],
+            options);
+    }
     const bool has_place = !object.contains("intrinsic_matrix");
     const json& camera = has_place ? object["intrinsic"] : object;
     const std::string path = has_place ? "intrinsic." : "";

@@ -24,7 +24,6 @@ constexpr double crowded = 1.2;        // no scene lies in the first fifth behin
 constexpr double hardly_behind = 0.02; // of its distance, a plane has no scene
 constexpr double nearly_all = 0.98;    // of the surfaces
 constexpr float few_units = 0.25f;     // no scene in metres ends so near
-constexpr float far_for_metres = 400;  // no camera of a source that counts in metres sees nothing nearer
 constexpr double mostly_far = 0.8;     // what most values of a depth buffer exceed
 constexpr double past_a_plane = 0.1;   // of its distance; nothing that is rightly described lies so far beyond it
 constexpr double many_far = 0.001;     // the same for one value that is farther than all others
@@ -204,6 +203,22 @@ Doubt range_doubt(const Subject& subject) {
     return std::nullopt;
 }
 
+// The number that is most often there of those that programs write where there is no depth, and that are none; and at how many pixels.
+std::pair<double, std::size_t> commonest_number(const Subject& subject) {
+    const Camera& camera = subject.camera;
+    double value = 0;
+    std::size_t most = 0, count = 0;
+    for (std::size_t i = 0; is_metric(camera.encoding) && i < subject.numbers.numbers.size(); ++i)
+        if (const auto each = static_cast<double>(subject.numbers.numbers[i]);
+            each * camera.scale <= 0 && camera.missing != each && subject.numbers.counts[i] > most) {
+            value = each;
+            most = subject.numbers.counts[i];
+        }
+    if (most > 0)
+        visit_all(subject, [&](float each, std::uint32_t) { count += static_cast<double>(each) == value; });
+    return {value, count};
+}
+
 // Why no value, or few of them, has a depth.
 std::string reason(const Subject& subject, const StoredStatistics& found) {
     const Camera& camera = subject.camera;
@@ -228,10 +243,11 @@ std::string reason(const Subject& subject, const StoredStatistics& found) {
         return text(values, ", and \"", to_string(camera.encoding), "\" depth lies in ",
                     number(static_cast<double>(form.lowest)), " to ", number(static_cast<double>(form.highest)),
                     "; are these distances (\"encoding\": \"view-z\")?");
-    if (2 * found.at_zero > found.pixels - found.nan && is_metric(camera.encoding))
-        return percent(found.at_zero, found.pixels) +
-               " of the values are 0; if that was not measured, say \"missing\": 0; if nothing is there, "
-               "\"background\": 0, which is Nuke's sky, whose values are 1/z (\"encoding\": \"inverse\")";
+    if (const auto [value, count] = commonest_number(subject); 2 * count > subject.look.invalid - found.nan)
+        return text(percent(count, found.pixels), " of the values are ", number(value),
+                    "; if that was not measured, say \"missing\": ", number(value),
+                    "; if nothing is there, \"background\": ", number(value),
+                    value == 0 ? ", which is Nuke's sky, whose values are 1/z (\"encoding\": \"inverse\")" : "");
     if (camera.encoding == Encoding::window)
         return values + "; do clip_z, reversed and depth_range fit the program that wrote them?";
     return values + "; fathom inspect shows what the camera makes of them";
@@ -261,13 +277,21 @@ Doubt unit_doubt(const Subject& subject, bool distances) {
     if (distances && !floats && camera.scale == 1 && look.nearest >= many_units)
         return text("its integers count as scene units, so that depths run from ", number(look.nearest, 4), " to ",
                     number(look.farthest, 4), "; if they are millimetres and a unit is a metre, say \"scale\": 0.001");
-    if (distances && camera.in_metres && floats && camera.scale == 1 && look.nearest >= far_for_metres)
-        return text("depths run from ", number(look.nearest, 4), " to ", number(look.farthest, 4),
-                    " metres; if the values are millimetres, say \"scale\": 0.001, and 0.01 if they are centimetres");
-    if (distances && camera.in_metres && !floats && camera.scale == 0.001 && look.nearest >= far_for_metres)
-        return text("its integers count as millimetres, so that depths run from ", number(look.nearest, 4), " to ",
-                    number(look.farthest, 4), " metres; say how long their unit is (\"scale\")");
-    if (distances && camera.in_metres && subject.storage == Storage::uint16 && camera.scale == 0.001 &&
+    if (distances && camera.usual_metres > 0 && static_cast<double>(look.farthest) > camera.usual_metres) {
+        std::size_t far = 0;
+        subject.each([&](const HostDepth&, const HostFloats& z) {
+            for (int y = 0; y < z.height; ++y)
+                for (const float depth : row_of(z, y))
+                    far += std::isfinite(depth) && static_cast<double>(depth) > camera.usual_metres;
+        });
+        if (2 * far > look.surfaces())
+            return text(
+                percent(far, look.surfaces()), " of the surfaces lie beyond ", number(camera.usual_metres),
+                " metres, up to ", number(look.farthest, 4),
+                ", where this source sees little; if the values are in another unit, say \"scale\": 0.001 if they are "
+                "millimetres, 0.01 centimetres, 0.0002 those of TUM");
+    }
+    if (distances && camera.usual_metres > 0 && subject.storage == Storage::uint16 && camera.scale == 0.001 &&
         look.farthest < few_units)
         return text("its integers count as millimetres and end at ", number(look.farthest, 4),
                     " metres, nearer than such cameras see; say how long their unit is (\"scale\"), and save all of "
@@ -334,15 +358,19 @@ auto decoder(const Camera& camera, const HostDepth& stored) {
 
 } // namespace
 
+Doubt refusal(const Subject& subject) {
+    if (subject.look.invalid == subject.look.pixels)
+        return "no pixel has a depth: " + reason(subject, statistics_of(subject));
+    if (const Doubt halves = half_bits_doubt(subject))
+        return halves;
+    return eight_bits_doubt(subject);
+}
+
 std::vector<std::string> doubts(const Subject& subject) {
-    const Look& look = subject.look;
-    if (look.invalid == look.pixels)
-        return {"no pixel has a depth: " + reason(subject, statistics_of(subject))};
-    if (const Doubt halves = half_bits_doubt(subject)) // whatever else is seen follows from it
-        return {*halves};
+    if (const Doubt refused = refusal(subject)) // whatever else is seen follows from it
+        return {*refused};
     const Camera& camera = subject.camera;
-    const bool distances = camera.encoding == Encoding::view_z || camera.encoding == Encoding::ray_distance,
-               float_distances = distances && is_float(subject.storage);
+    const bool distances = counts_distances(camera.encoding), float_distances = distances && is_float(subject.storage);
     std::vector<std::string> said;
     const auto add = [&](const Doubt& doubt) {
         if (doubt)
@@ -350,7 +378,9 @@ std::vector<std::string> doubts(const Subject& subject) {
         return doubt.has_value();
     };
     const bool is_invalid = add(invalid_doubt(subject));
-    add(unit_doubt(subject, distances));
+    const std::vector<std::string> of_another = other_source_doubts(subject);
+    if (of_another.empty())
+        add(unit_doubt(subject, distances));
     const bool is_buffer = float_distances && add(buffer_doubt(subject));
     if (float_distances && !camera.background_from && !camera.background_from_largest_half)
         add(sky_doubt(subject));
@@ -360,8 +390,7 @@ std::vector<std::string> doubts(const Subject& subject) {
     if (!is_buffer && !is_invalid)
         add(flat_surfaces_doubt(subject));
     add(photograph_doubt(subject.changes));
-    for (const std::string& doubt : other_source_doubts(subject))
-        add(doubt);
+    said.insert(said.end(), of_another.begin(), of_another.end());
     add(projection_doubt(camera.projection));
     if (said.empty()) {
         add(range_doubt(subject));

@@ -13,6 +13,8 @@
 namespace fathom {
 namespace {
 
+constexpr std::size_t most_of_a_map = 300; // colours: 256, a sky and some more
+
 // In lanes, which compilers work on at once: they do not reorder a minimum of floats themselves.
 Look look_of(const HostFloats& floats) {
     constexpr std::size_t lanes = 16;
@@ -78,6 +80,7 @@ void ValueChanges::add(const HostDepth& row) {
         return;
     const bool first_is_high = row.storage == Storage::bgr8_red_low || row.storage == Storage::rgb8_red_high;
     const std::uint8_t* last = nullptr;
+    std::array<int, 2> before_wrap{}; // how both bytes changed last
     visit_pixels<std::uint8_t>(row, 3, [&](const std::uint8_t* bytes) {
         if (last) {
             const int high = first_is_high ? 0 : 2, step = bytes[high] - last[high], below = bytes[1] - last[1];
@@ -96,16 +99,26 @@ void ValueChanges::add(const HostDepth& row) {
                     carried_into_lowest.set(bytes[end]);
             }
             for (const std::size_t upper : {0, 1}) {
-                const int at = upper == 0 ? high : 1, under = upper == 0 ? 1 : 2 - high, change = bytes[at] - last[at];
-                const bool is_small = change != 0 && std::abs(change) <= smooth;
-                small_steps[upper] += is_small;
-                if (is_small && bytes[under] == last[under]) {
-                    ++frozen[upper];
-                    frozen_values[upper].set(bytes[at]);
+                const int at = upper == 0 ? high : 1, under = upper == 0 ? 1 : 2 - high, change = bytes[at] - last[at],
+                          change_under = std::abs(bytes[under] - last[under]);
+                constexpr int small = 32; // to which noise may move the colour of a pixel
+                if (change != 0 && std::abs(change) <= small) {
+                    ++small_steps[upper];
+                    small_below[upper] += change_under <= small;
+                    frozen[upper] += change_under == 0;
+                    if (change_under <= small)
+                        steady_values[upper].set(bytes[at]);
                 }
+                // Where the byte below wraps, a surface goes on as before.
+                const int both = 256 * change + bytes[under] - last[under];
+                wraps[upper] += change_under >= 128 && std::abs(both - before_wrap[upper]) <= 2 * small;
+                before_wrap[upper] = both != 0 ? both : before_wrap[upper];
                 values_below[upper].set(bytes[under]);
             }
         }
+        ends_differ |= std::abs(bytes[0] - bytes[2]) > 1; // rounding
+        if (colors.size() <= most_of_a_map && !(last && std::equal(bytes, bytes + 3, last)))
+            colors.insert(std::uint32_t{bytes[0]} | std::uint32_t{bytes[1]} << 8 | std::uint32_t{bytes[2]} << 16);
         last = bytes;
     });
 }
@@ -164,12 +177,18 @@ bool ValueChanges::are_turned_round() const {
 bool ValueChanges::are_of_a_picture() const {
     if (are_turned_round())
         return false;
-    // Where a byte of a number steps, the byte below runs through all of its values; one colour rises after another.
+    // Where a byte of a number steps, the byte below runs through all of its values. Colours of a map change little from one entry to
+    // the next, and of many colours, as where a map was filtered, one rises after another. A number of 16 bits that fills 24 has its
+    // highest byte again as the lowest.
+    constexpr std::size_t few_steps = 32, few_values = 8;
+    const auto& steady = colors.size() <= most_of_a_map ? small_below : frozen;
     for (const std::size_t upper : {0, 1})
-        if (small_steps[upper] > 64 && 5 * frozen[upper] >= 3 * small_steps[upper] &&
-            frozen_values[upper].count() >= 16 && values_below[upper].count() >= 16)
+        if ((upper == 0 || ends_differ) && small_steps[upper] > few_steps &&
+            5 * steady[upper] >= 3 * small_steps[upper] && 100 * wraps[upper] < small_steps[upper] &&
+            steady_values[upper].count() >= few_values && values_below[upper].count() >= few_values)
             return true;
-    return steps > 64 && stepping.count() >= 16 && 5 * alike >= 3 * steps && 33 * carried < steps;
+    return steps > 64 && stepping.count() >= 16 && values_below[0].count() > 2 && 5 * alike >= 3 * steps &&
+           33 * carried < steps;
 }
 
 Subject::Subject(const Camera& seen, Storage stored_as, int most, int growth)

@@ -12,6 +12,7 @@
 #include <functional>
 #include <limits>
 #include <optional>
+#include <set>
 #include <span>
 #include <string>
 #include <vector>
@@ -60,10 +61,12 @@ struct ValueChanges {
     std::array<std::size_t, 2>
         carries{}; ///< by 1 into the highest byte of three, and into the lowest as if it were the highest
     std::bitset<256> carried_into_lowest; ///< its values
-    std::array<std::size_t, 2> small_steps{},
-        frozen{}; ///< of the two upper bytes; those where the byte below stays as it is
-    std::array<std::bitset<256>, 2> frozen_values = {},
-                                    values_below = {}; ///< of the upper bytes there; of the lower ones
+    /// Of the two upper bytes: small steps, those where the byte below changes little, and not at all; places where it wraps; values
+    /// where it changes little, and those of the byte below.
+    std::array<std::size_t, 2> small_steps{}, small_below{}, frozen{}, wraps{};
+    std::array<std::bitset<256>, 2> steady_values = {}, values_below = {};
+    std::set<std::uint32_t> colors = {}; ///< of three bytes, until they are more than a map has
+    bool ends_differ = false;            ///< of a pixel's three bytes
 
     void add(const HostDepth& row);
 
@@ -83,12 +86,13 @@ private:
     std::vector<std::uint32_t> codes_before_ = {}; ///< of the row before
 };
 
-/// Numbers that programs write where there is no depth, or the near plane's code, in pixels side by side.
+/// Numbers that programs write where there is no depth, or the near plane's code.
 struct SharedNumbers {
-    std::vector<float> numbers;     ///< in ascending order
-    std::vector<std::size_t> pairs; ///< of pixels that hold one of them
+    std::vector<float> numbers; ///< in ascending order
+    std::vector<std::size_t> counts,
+        pairs; ///< of pixels that hold one of them; of those whose left neighbour does so, too
     std::size_t pixels = 0;
-    std::size_t constant = 0;              ///< pairs that hold another value
+    std::size_t constant = 0; ///< pixels with another value that their left neighbour and the row before have, too
     std::size_t borders = 0, filtered = 0; ///< of pixels without depth; those with values in between
 
     SharedNumbers() = default;
@@ -98,6 +102,7 @@ struct SharedNumbers {
 private:
     DepthForm form_{};
     bool counts_distances_ = false;
+    std::vector<float> before_ = {}; ///< the row before
 };
 
 /// Depth that is taken some rows after the others, and what is to be seen in it.
@@ -127,8 +132,15 @@ private:
     int rows_ = 0;
 };
 
-/// What is probably wrong with the description of an image, a sentence each with the cure. Where no pixel has a depth, the only one
-/// says why that is likely.
+/// Are stored values distances?
+inline bool counts_distances(Encoding encoding) {
+    return encoding == Encoding::view_z || encoding == Encoding::ray_distance;
+}
+
+/// Why no result can be right: no pixel has a depth, or the values are none whatever the scale is.
+std::optional<std::string> refusal(const Subject& subject);
+
+/// What is probably wrong with the description of an image, a sentence each with the cure. Where it is refused, the only one says why.
 std::vector<std::string> doubts(const Subject& subject);
 
 /// The one among them where flat surfaces are bent as the camera describes them, but flat under another encoding.
@@ -139,6 +151,9 @@ std::optional<std::string> special_number_doubt(const Subject& subject);
 
 /// The one where codes are the bits of half floats.
 std::optional<std::string> half_bits_doubt(const Subject& subject);
+
+/// The one where 8 bits are too few.
+std::optional<std::string> eight_bits_doubt(const Subject& subject);
 
 /// Those where another source than the camera's probably wrote it.
 std::vector<std::string> other_source_doubts(const Subject& subject);

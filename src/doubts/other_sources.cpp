@@ -43,7 +43,7 @@ Doubt low_bits_doubt(const Subject& subject) {
         return "its codes are those of surfaces only if their bits are not rotated, as those of SUN RGB-D are; leave "
                "out \"packing\": \"uint16-rotated\", or take another preset than sunrgbd";
     constexpr float far_indoors = 20, far_for_nearest = 3.5f; // metres: sensors see nothing nearer than an eighth of it
-    if (camera.in_metres && camera.scale == 0.001 && subject.look.farthest > far_indoors &&
+    if (camera.usual_metres > 0 && camera.scale == 0.001 && subject.look.farthest > far_indoors &&
         subject.look.nearest > far_for_nearest && found.odd_eighths >= few && 1000 * (others - most_others) <= all &&
         2 * ends[0] >= all)
         return text("its codes are multiples of 8, or have the same three lowest bits, and reach ",
@@ -64,15 +64,6 @@ Doubt byte_order_doubt(const Subject& subject) {
                 red_is_high ? "low" : "high", "-first\"");
 }
 
-// 256 steps that are too small for a scene.
-Doubt eight_bits_doubt(const Subject& subject) {
-    const double end = 255 * std::abs(subject.camera.scale);
-    if (end > 0.5)
-        return std::nullopt;
-    return text("its 8 bits times the scale of ", number(subject.camera.scale), " end at ", number(end, 3),
-                "; depth in millimetres has 16 bits. Is it a picture of depth, or \"scale\" that of other files?");
-}
-
 // Pictures of all directions are twice as wide as high, and their last column lies beside the first.
 Doubt panorama_doubt(const Subject& subject) {
     const int width = subject.camera.width, height = subject.camera.height;
@@ -83,8 +74,7 @@ Doubt panorama_doubt(const Subject& subject) {
     std::vector<float> firsts;                     // values of the first column
     constexpr int columns = 16;
     std::array<std::vector<float>, columns> inverse; // 1 over the distance, down some columns
-    const bool distances =
-        subject.camera.encoding == Encoding::view_z || subject.camera.encoding == Encoding::ray_distance;
+    const bool distances = counts_distances(subject.camera.encoding);
     subject.each([&](const HostDepth& values, const HostFloats& z) {
         if (z.width != width)
             return; // a sample
@@ -151,6 +141,18 @@ Doubt panorama_doubt(const Subject& subject) {
 
 } // namespace
 
+// 256 steps that are too small for a scene.
+Doubt eight_bits_doubt(const Subject& subject) {
+    const Camera& camera = subject.camera;
+    const double end = 255 * std::abs(camera.scale);
+    if (subject.storage != Storage::uint8 || !counts_distances(camera.encoding) || end > 0.5)
+        return std::nullopt;
+    return text("its 8 bits times the scale of ", number(camera.scale), " end at ", number(end, 3),
+                "; depth in millimetres has 16 bits. Is it a picture of depth, or \"scale\" that of other files? Where "
+                "all is so "
+                "near, count in millimetres (\"scale\": 1)");
+}
+
 Doubt half_bits_doubt(const Subject& subject) {
     const ValueChanges& found = subject.changes;
     if (subject.storage != Storage::uint16 || !found.may_be_halves())
@@ -183,17 +185,13 @@ Doubt half_bits_doubt(const Subject& subject) {
 }
 
 std::vector<std::string> other_source_doubts(const Subject& subject) {
-    const Camera& camera = subject.camera;
-    const bool distances = camera.encoding == Encoding::view_z || camera.encoding == Encoding::ray_distance;
     std::vector<std::string> said;
     const auto add = [&](const Doubt& doubt) {
         if (doubt)
             said.push_back(*doubt);
     };
-    if (distances && subject.storage == Storage::uint16)
+    if (counts_distances(subject.camera.encoding) && subject.storage == Storage::uint16)
         add(low_bits_doubt(subject));
-    if (distances && subject.storage == Storage::uint8)
-        add(eight_bits_doubt(subject));
     add(byte_order_doubt(subject));
     add(panorama_doubt(subject));
     return said;

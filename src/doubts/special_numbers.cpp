@@ -19,6 +19,8 @@ namespace {
 
 constexpr double many_of_a_number = 0.001;   // of the pixels
 constexpr double many_without_depth = 0.1;   // of the pixels, where a number has no depth anyway
+constexpr double many_before_all = 0.2;      // of the pixels, for a surface that is nearer than all else
+constexpr std::size_t least_pixels = 8;      // of the sampled ones
 constexpr double many_at_the_near = 0.02;    // of the pixels, that no scene has on the near plane itself
 constexpr double apart = 1.25;               // times the value farthest out
 constexpr double round_apart = 4;            // the same for 1000, 10000 and so on, which are distances, too
@@ -29,7 +31,8 @@ constexpr double near_gap = 0.05;            // of the range of all others
 constexpr double many_filtered = 0.3;        // of the borders of what has no depth
 constexpr double many_filtered_buffer = 0.6; // the same of depth buffers, in which far surfaces are near the sky
 constexpr std::size_t least_filtered = 32;   // borders
-constexpr float raw_kinect_highest = 1100;   // of the values that its 11 bits have, 2047 being none
+constexpr float raw_kinect_highest = 1100;   // of the values that its 11 bits have
+constexpr float raw_kinect_none = 2047;      // which may be shifted left by three
 
 constexpr bool is_round(double number) {
     return number >= 1e3 && number < 1e10 && number == std::round(number) &&
@@ -37,7 +40,7 @@ constexpr bool is_round(double number) {
 }
 
 std::vector<float> numbers_without_depth() {
-    std::vector<float> numbers{-32768, -9999, 0, 9999, 32768, 65504, 1e10f};
+    std::vector<float> numbers{-32768, -9999, 0, 9999, 8 * raw_kinect_none, 32768, 65504, 1e10f};
     for (int bits = 8; bits <= 24; ++bits)
         numbers.push_back(static_cast<float>((1 << bits) - 1));
     for (int code = 65520; code < 65535; ++code)
@@ -104,19 +107,19 @@ bool stands_apart(double number, Others others, bool has_depth, bool is_float) {
         return number >= (is_round(number) ? round_apart : apart) * others.greatest;
     if (number == 0 && !has_depth) // all that is seen is larger
         return others.least > std::max(above_nothing * others.greatest, is_float ? 0.0 : 8.0);
-    return number < others.least && others.least - number > apart_of_range * range;
+    return number < others.least &&
+           (others.least - number > apart_of_range * range || (number > 0 && apart * number <= others.least));
 }
 
 } // namespace
 
 SharedNumbers::SharedNumbers(const Camera& camera, Storage storage)
-    : form_(depth_form(camera, storage)),
-      counts_distances_(form_.perspective &&
-                        (camera.encoding == Encoding::view_z || camera.encoding == Encoding::ray_distance)) {
+    : form_(depth_form(camera, storage)), counts_distances_(form_.perspective && counts_distances(camera.encoding)) {
     if (is_metric(camera.encoding))
         numbers = numbers_without_depth();
     else if (const auto code = near_code(camera, form_, storage))
         numbers = {*code};
+    counts.resize(numbers.size());
     pairs.resize(numbers.size());
 }
 
@@ -124,17 +127,18 @@ void SharedNumbers::add(const HostDepth& row) {
     std::vector<std::pair<float, bool>> values; // and whether it has no depth
     values.reserve(static_cast<std::size_t>(row.width));
     bool has_border = false;
-    float before = std::numeric_limits<float>::quiet_NaN();
+    before_.resize(static_cast<std::size_t>(row.width), std::numeric_limits<float>::quiet_NaN());
     visit_values(row, [&](float value, std::uint32_t bits) {
         ++pixels;
-        if (value == before) {
-            const auto found = std::ranges::lower_bound(numbers, value);
-            if (found != numbers.end() && *found == value)
-                ++pairs[static_cast<std::size_t>(found - numbers.begin())];
-            else
-                ++constant;
+        const bool is_pair = !values.empty() && value == values.back().first;
+        const auto found = std::ranges::lower_bound(numbers, value);
+        if (found != numbers.end() && *found == value) {
+            ++counts[static_cast<std::size_t>(found - numbers.begin())];
+            pairs[static_cast<std::size_t>(found - numbers.begin())] += is_pair;
+        } else {
+            constant += is_pair && value == before_[values.size()];
         }
-        before = value;
+        before_[values.size()] = value;
         const bool is_ahead = !counts_distances_ || value * form_.farther > 0; // the others have no depth, named or not
         values.emplace_back(value, kind_of(form_, value, bits) != StoredKind::depth || !is_ahead);
         has_border |= values.back().second;
@@ -168,7 +172,8 @@ std::optional<std::string> special_number_doubt(const Subject& subject) {
     const bool floats = is_float(subject.storage);
     for (std::size_t i = 0; i < shared.numbers.size(); ++i) {
         const float number_here = shared.numbers[i];
-        if (!(static_cast<double>(shared.pairs[i]) > many_of_a_number * static_cast<double>(shared.pixels)))
+        if (shared.counts[i] < least_pixels ||
+            !(static_cast<double>(shared.counts[i]) > many_of_a_number * static_cast<double>(shared.pixels)))
             continue;
         const auto stored = static_cast<double>(number_here);
         const bool may_have_depth = number_here >= form.lowest && number_here <= form.highest;
@@ -183,7 +188,13 @@ std::optional<std::string> special_number_doubt(const Subject& subject) {
         if (is_said || as_sky || (!has_depth && number_here != 0) || !may_have_depth)
             continue;
         const Others others = others_than(number_here, subject);
-        const double many = has_depth || integer_disparity ? many_of_a_number : many_without_depth;
+        const bool is_scattered = 2 * shared.pairs[i] < shared.counts[i];
+        // Something small that is seen straight on may be nearer than all else.
+        const bool may_be_near =
+            has_depth && !is_scattered && counts_distances(camera.encoding) && std::abs(stored) < others.least;
+        const double many = may_be_near                      ? many_before_all
+                            : has_depth || integer_disparity ? many_of_a_number
+                                                             : many_without_depth;
         if (others.surfaces == 0 ||
             !(static_cast<double>(others.count) >= many * static_cast<double>(subject.look.pixels)))
             continue;
@@ -202,19 +213,26 @@ std::optional<std::string> special_number_doubt(const Subject& subject) {
                         ", which is the near plane, and nothing lies just behind it; if that is the sky, ", cure,
                         "; if nothing was measured there, say \"missing\": ", number(stored, 17));
         }
-        // A wall that is seen straight on has one depth, too. Neighbours among integers are often alike.
-        const bool may_be_wall = has_depth && !integer_disparity && 2 * shared.constant >= shared.pairs[i] &&
-                                 std::abs(stored) < no_wall * others.greatest &&
-                                 (floats ? std::abs(stored) < 65504 : is_round(stored));
+        // A wall that is seen straight on has one depth, too.
+        const bool may_be_wall =
+            has_depth && !integer_disparity && !is_scattered && 2 * shared.constant >= shared.pairs[i] &&
+            std::abs(stored) < no_wall * others.greatest && (floats ? std::abs(stored) < 65504 : is_round(stored));
         if (may_be_wall || (!integer_disparity && !stands_apart(stored, others, has_depth, floats)))
             continue;
         const std::string key = number(stored, 17);
-        if (number_here == 2047 && !floats && others.greatest <= static_cast<double>(raw_kinect_highest))
-            return text(
-                percent(others.count, subject.look.pixels), " of the pixels hold 2047, and no other value is above ",
-                number(others.greatest),
-                ", as in the raw 11 bits of a Kinect; if it is one, say \"encoding\": \"inverse\", \"scale\": -351.3, "
-                "\"offset\": -1092.5, which makes metres, and otherwise \"missing\": 2047");
+        const float unit = number_here / raw_kinect_none;
+        if ((unit == 1 || unit == 8) && !floats) {
+            if (others.greatest <= static_cast<double>(unit * raw_kinect_highest))
+                return text(percent(others.count, subject.look.pixels), " of the pixels hold ", key,
+                            ", and no other value is above ", number(others.greatest),
+                            ", as in the raw 11 bits of a Kinect", unit == 8 ? " that are shifted by three" : "",
+                            "; if it is one, say \"encoding\": \"inverse\", \"scale\": ",
+                            number(-351.3 * static_cast<double>(unit)),
+                            ", \"offset\": ", number(-1092.5 * static_cast<double>(unit)),
+                            ", which makes metres, and otherwise \"missing\": ", key);
+            if (unit == 8)
+                continue;
+        }
         return text(percent(others.count, subject.look.pixels), " of the pixels hold ", key,
                     ", which stands apart from all other values, ", number(others.least, 4), " to ",
                     number(others.greatest, 4), ", and counts as ",

@@ -78,8 +78,8 @@ constexpr const char* bytes_of_floats =
 /// Packed depth has R, G and B of its own, which change as digits do. A picture of depth has them equal, with more than the two ends
 /// of the range, or they change as its colours do.
 struct Colors {
-    bool is_grey = true, has_steps = false;
-    std::size_t pixels = 0, in_alpha = 0; // those whose alpha is neither end of its range
+    bool is_grey = true, has_steps = false, are_four = false; ///< four: of a packing that has them
+    std::size_t pixels = 0, in_alpha = 0;                     // those whose alpha is neither end of its range
     ValueChanges changes = {};
     io::FloatBytes floats = {};
 
@@ -115,7 +115,7 @@ struct Colors {
             refuse(file,
                    "has bytes that change like the colours of a picture, and not like packed depth; depth that is "
                    "shown in colours cannot be decoded: save raw depth");
-        if (alpha_counts())
+        if (alpha_counts() && !are_four)
             refuse(file,
                    std::string("has an alpha between 0 and 255, so that R, G and B are not all that a pixel holds; ") +
                        four_bytes);
@@ -165,7 +165,8 @@ DepthFile interpreted(const std::filesystem::path& file, const cv::Mat& image, s
         if (image.type() != CV_8UC4)
             refuse_packing("four 8-bit channels");
         const bool red_is_lowest = packing == Packing::rgba_red_low;
-        colors.floats.add(image);
+        colors.are_four = true;
+        colors.add(image, first_three(image), red_is_lowest ? Storage::bgr8_red_low : Storage::bgr8_red_high);
         return {of_bgra(image, red_is_lowest), Storage::float32, {}};
     }
     if (packing == Packing::uint16_rotated) {

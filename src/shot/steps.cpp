@@ -295,10 +295,11 @@ void Steps::find_doubts(Work& work) const {
     }
     work.held = held(work.depth.channel, work.subject.look);
     work.value_doubts = doubts(work.subject);
-    if (work.subject.look.invalid == work.subject.look.pixels)
-        throw Error(work.invalid ? "no pixel is left that counts and has a depth; choose other --ignore and --valid "
-                                   "(fathom inspect shows the depths that there are)"
-                                 : work.value_doubts.front());
+    if (const auto refused = refusal(work.subject))
+        throw Error(work.invalid && work.subject.look.invalid == work.subject.look.pixels
+                        ? "no pixel is left that counts and has a depth; choose other --ignore and --valid "
+                          "(fathom inspect shows the depths that there are)"
+                        : *refused);
     const cv::Size display = size_for(work.camera, work.depth.windows, work.picture_size);
     work.camera_doubts = io::key_doubts(nlohmann::json::parse(work.camera.text), display.width, display.height);
 }

@@ -192,15 +192,19 @@ std::optional<std::vector<double>> matrix_in(const std::string& text) {
         if (error != std::errc{} || end != word.data() + word.size() || !std::isfinite(numbers.back()))
             return std::nullopt;
     }
-    if (numbers.size() == 12)
-        numbers.insert(numbers.end(), {0, 0, 0, 1});
-    return numbers.size() == 9 || numbers.size() == 16 ? std::optional(numbers) : std::nullopt;
+    return numbers.size() == 9 || numbers.size() == 12 || numbers.size() == 16 ? std::optional(numbers) : std::nullopt;
 }
 
-/// A camera matrix in a text, as ScanNet and many datasets have it: of 4 × 4 the last row and column say nothing.
+/// A camera matrix in a text, as ScanNet and many datasets have it: of 4 × 4 the last row and column say nothing. Of 3 × 4 the last
+/// column says how far the camera lies beside another one, as in KITTI, which moves no ray.
 Imported import_matrix(const fs::path& file, const std::vector<double>& matrix) {
-    const std::size_t size = matrix.size() == 16 ? 4 : 3;
-    for (std::size_t i = 0; size == 4 && i < 4; ++i)
+    const std::size_t size = matrix.size() == 9 ? 3 : 4;
+    if (matrix.size() == 12 &&
+        (matrix[4] != 0 || matrix[8] != 0 || matrix[9] != 0 || (matrix[0] == 1 && matrix[5] == 1)))
+        refuse(file, "is a matrix of 3 x 4, but neither [K | 0] nor one beside it; is it K [R | t], or the camera's "
+                     "place? Give K "
+                     "alone (cv2.decomposeProjectionMatrix takes them apart)");
+    for (std::size_t i = 0; matrix.size() == 16 && i < 4; ++i)
         if (matrix[4 * i + 3] != (i == 3 ? 1 : 0) || matrix[12 + i] != (i == 3 ? 1 : 0))
             refuse(file, "is a matrix of 4 x 4, but no camera matrix; is it the camera's place? Give the file of the "
                          "intrinsics, such as intrinsic_depth.txt");

@@ -6,6 +6,8 @@
 
 #include <fathom/import_camera.hpp>
 
+#include <algorithm>
+
 namespace fs = std::filesystem;
 
 namespace fathom {
@@ -47,7 +49,10 @@ Imported imported_by_format(const fs::path& file, const ImportOptions& options) 
         if (json.is_object() && !json.contains("camera_matrix") && !json.contains("distortion_model"))
             return import_parsed(file, std::move(json), options);
     }
-    if (!exr && first != 0 && static_cast<unsigned char>(first) >= 0x80)
+    constexpr std::size_t some = 1024; // of a text, that has no byte of 0
+    const bool is_binary =
+        static_cast<unsigned char>(first) >= 0x80 || std::ranges::count(read_head(file, some), 0) > 0;
+    if (!exr && is_binary)
         refuse(file, "is no camera, but an image or another binary file; give a camera file (docs/cameras.md)");
     if (!exr && first == '<')
         refuse(file, "is XML, or a page; write OpenCV's calibrations as .yml");

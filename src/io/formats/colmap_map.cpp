@@ -30,9 +30,12 @@ std::optional<cv::Mat> read_colmap_map(const std::filesystem::path& file, const 
                "is a map of COLMAP with " + std::to_string(channels) + " channels; depth has 1, and normals have 3");
     const cv::Size size(static_cast<int>(width), static_cast<int>(height));
     const std::size_t plane_bytes = static_cast<std::size_t>(width) * static_cast<std::size_t>(height) * 4;
-    if (static_cast<std::size_t>(end - at) / plane_bytes < static_cast<std::size_t>(channels))
-        refuse(file, "ends too early: " + described(size) + " pixels do not fit into " + std::to_string(bytes.size()) +
-                         " bytes; write or copy it again");
+    const std::size_t there = static_cast<std::size_t>(end - at),
+                      needed = plane_bytes * static_cast<std::size_t>(channels);
+    if (there != needed)
+        refuse(file, (there < needed ? "ends too early: " : "is damaged: ") + described(size) + " pixels have " +
+                         std::to_string(needed) + " bytes, and it has " + std::to_string(there) +
+                         "; write or copy it again");
     std::vector<cv::Mat> planes;
     for (long long c = 0; c < channels; ++c, at += plane_bytes) {
         cv::Mat& plane = planes.emplace_back(size, CV_32FC1);

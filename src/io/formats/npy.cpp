@@ -57,7 +57,7 @@ void read_shape(const std::filesystem::path& file, std::string_view text, Layout
         at = end == at ? at + 1 : end;
     }
     const auto has_channels = [&] { return sizes.size() == 3 && (sizes[2] == 1 || sizes[2] == 3 || sizes[2] == 4); };
-    if (sizes.size() == 3 && sizes[0] == 1 && !has_channels()) // as networks make them
+    while ((sizes.size() > 3 || (sizes.size() == 3 && !has_channels())) && sizes[0] == 1) // as networks make them
         sizes.erase(sizes.begin());
     if (sizes.size() != 2 && !has_channels())
         refuse(file, "is a NumPy array of shape " + shape +
