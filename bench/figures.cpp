@@ -17,7 +17,6 @@ Cell if_any(double value) {
 }
 
 constexpr int resamples = 1000;
-constexpr const char* silhouette_suffix = ", silhouette"; // has the error of its constant thickness
 
 // At one place: the errors of all methods, resampled alike.
 void compare(Table& table, const std::vector<const Figures*>& rows) {

@@ -198,8 +198,6 @@ Method occlusion(std::string name, const SsaoOptions& options) {
             }};
 }
 
-constexpr const char* silhouette_suffix = ", silhouette";
-
 void add_ssao(std::vector<Method>& list) {
     for (const bool half : {false, true}) {
         const char* const suffix = half ? ", half resolution" : "";

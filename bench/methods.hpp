@@ -28,6 +28,9 @@ struct Method {
     bool matches(const std::string& only) const { return (operation + ' ' + name).find(only) != std::string::npos; }
 };
 
+/// Ends the name of a method whose thickness is that of silhouettes; its error is that of the constant thickness.
+constexpr const char* silhouette_suffix = ", silhouette";
+
 const char* kind_name(Method::Kind kind);
 
 /// Every method of every operation, the baselines, and the floors with a control for each.
