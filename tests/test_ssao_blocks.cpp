@@ -183,6 +183,26 @@ TEST_CASE("ssao in blocks: numbers of slices, samples, growth and jitter keep al
     }
 }
 
+TEST_CASE("ssao: samples grow with the radius beyond 48 pixels, to as many as is said", "[ssao]") {
+    const Camera camera = orthographic_camera(); // 77 pixels a unit
+    const std::vector<float> values =
+        scene::render({scene::Plane{{0, 0, -14}, {0.5, 0.3, 1}}, scene::Box{{0, 0, -14}, {0.7, 0.6, 0.7}, 0.5}}, camera)
+            .stored;
+    const StoredDepth stored = stored_of(values, camera);
+    for (const bool half : {false, true}) {
+        const auto with = [&](double radius, int samples, double growth) {
+            SsaoCall call = options_of(radius, Quality::balanced);
+            sampling_of(call).half_resolution = half;
+            sampling_of(call).samples = samples, sampling_of(call).growth = growth;
+            return visibility_of(stored, call);
+        };
+        const double few = half ? 1 : 0.5, many = half ? 4 : 2; // 38 and 154 pixels that are computed
+        CHECK(same_bits(with(few, 10, 4), with(few, 10, 1)));
+        CHECK(same_bits(with(many, 10, 1.5), with(many, 15, 1)));
+        CHECK(!same_bits(with(many, 10, 4), with(many, 15, 1))); // 19, the root of 181 / 48 times as many
+    }
+}
+
 // Largest root of the mean square of what a frame changes where blocks change their resolution.
 TEST_CASE("ssao in blocks: a camera that moves sees no block pop", "[ssao][blocks]") {
     const Camera camera = perspective_camera();
