@@ -140,14 +140,21 @@ Image copy_of(const Device& device, const cv::UMat& umat) {
     const Layout layout = layout_of(umat);
     const Image image(device, element_of(umat), {layout.width, layout.height, layout.channels});
     const cv::Mat mat = umat.getMat(cv::ACCESS_READ);
-    const std::array<std::size_t, 3> corner{0, 0, 0};
-    const std::array<std::size_t, 3> box{static_cast<std::size_t>(mat.cols) * mat.elemSize(),
-                                         static_cast<std::size_t>(mat.rows), 1};
-    check(device,
-          clEnqueueWriteBufferRect(device.queue(), image.buffer(), CL_TRUE, corner.data(), corner.data(), box.data(),
-                                   image.row_stride() * element_bytes(image.element()), 0, mat.step[0], 0, mat.data, 0,
-                                   nullptr, nullptr),
-          "a copy of a cv::UMat");
+    // The last row goes by itself, as in Image::download.
+    const std::size_t row = static_cast<std::size_t>(mat.cols) * mat.elemSize(),
+                      before = static_cast<std::size_t>(mat.rows) - 1,
+                      pitch = image.row_stride() * element_bytes(image.element());
+    const auto write = [&] {
+        const std::array<std::size_t, 3> corner{0, 0, 0}, box{row, before, 1};
+        const cl_int code = before == 0 ? CL_SUCCESS
+                                        : clEnqueueWriteBufferRect(device.queue(), image.buffer(), CL_TRUE,
+                                                                   corner.data(), corner.data(), box.data(), pitch, 0,
+                                                                   mat.step[0], 0, mat.data, 0, nullptr, nullptr);
+        return code != CL_SUCCESS ? code
+                                  : clEnqueueWriteBuffer(device.queue(), image.buffer(), CL_TRUE, before * pitch, row,
+                                                         mat.ptr(mat.rows - 1), 0, nullptr, nullptr);
+    };
+    check(device, write(), "a copy of a cv::UMat");
     return image;
 }
 
