@@ -149,8 +149,8 @@ Doubt eight_bits_doubt(const Subject& subject) {
         return std::nullopt;
     return text("its 8 bits times the scale of ", number(camera.scale), " end at ", number(end, 3),
                 "; depth in millimetres has 16 bits. Is it a picture of depth, or \"scale\" that of other files? Where "
-                "all is so "
-                "near, count in millimetres (\"scale\": 1)");
+                "all is so near, "
+                "count in millimetres (\"scale\": 1)");
 }
 
 Doubt half_bits_doubt(const Subject& subject) {
