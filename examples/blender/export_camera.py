@@ -3,11 +3,14 @@
 From a shell:
 
     blender -b scene.blend --python export_camera.py -- --output camera.%04d.json [--frames 1-10] [--camera NAME]
+        [--backs backs.%04d.exr]
 
 From Blender's Text Editor, the same for all frames, beside the saved .blend file. From Python:
 
     import export_camera
     export_camera.export(bpy.context.scene, "camera.%04d.json", range(1, 11))
+
+With --backs it also renders where solids end, for `fathom ssao --back-depth`.
 
 Positions that Fathom computes with --space world are those of Blender's Position pass. The file counts lengths in
 scene units. Cycles takes a unit for a metre when it blurs, whatever the scene's Unit Scale says, and so does Fathom.
@@ -142,12 +145,8 @@ def write_whole(path, text):
         raise
 
 
-def export(scene, output, frames, camera_name=None):
-    """Writes the camera files and returns their paths. `output` holds a place for the frame's number: camera.%04d.json
-
-    Raises ValueError with the reason where the scene has no camera that a camera file can describe.
-    """
-    frames = list(frames)
+def paths_of(output, frames):
+    """One path for each frame."""
     output = bpy.path.abspath(output)
     try:
         paths = [output % frame for frame in frames]
@@ -155,6 +154,16 @@ def export(scene, output, frames, camera_name=None):
         paths = [output] if len(frames) == 1 and "%" not in output else []
     if len(set(paths)) != len(frames) or not frames:
         raise ValueError(f"{output!r} has no place for the number of each frame; write one as in camera.%04d.json")
+    return paths
+
+
+def export(scene, output, frames, camera_name=None):
+    """Writes the camera files and returns their paths. `output` holds a place for the frame's number: camera.%04d.json
+
+    Raises ValueError with the reason where the scene has no camera that a camera file can describe.
+    """
+    frames = list(frames)
+    paths = paths_of(output, frames)
 
     before = scene.frame_current
     try:
@@ -175,6 +184,91 @@ def export(scene, output, frames, camera_name=None):
                       "turn both off to blur it with Fathom", file=sys.stderr)
     finally:
         scene.frame_set(before)
+    return paths
+
+
+def only_backs():
+    """A material that shows the back faces alone."""
+    material = bpy.data.materials.new("Fathom backs")
+    material.use_nodes = True
+    nodes, link = material.node_tree.nodes, material.node_tree.links.new
+    nodes.clear()
+    mix = nodes.new("ShaderNodeMixShader")
+    link(nodes.new("ShaderNodeNewGeometry").outputs["Backfacing"], mix.inputs[0])
+    link(nodes.new("ShaderNodeBsdfTransparent").outputs[0], mix.inputs[1])
+    link(nodes.new("ShaderNodeEmission").outputs[0], mix.inputs[2])
+    link(mix.outputs[0], nodes.new("ShaderNodeOutputMaterial").inputs[0])
+    return material
+
+
+def layer_of(scene, material=None):
+    """A copy of the scene that renders its first layer in a moment: depth, and which object a pixel shows."""
+    copy = scene.copy()
+    used = next((layer for layer in copy.view_layers if layer.use), copy.view_layers[0])
+    for layer in copy.view_layers:
+        layer.use = layer == used
+    used.use_pass_z = used.use_pass_object_index = True
+    used.material_override = material or used.material_override
+    copy.render.engine = "CYCLES"
+    copy.render.use_motion_blur = copy.render.use_sequencer = copy.cycles.use_denoising = False
+    copy.cycles.samples = 1
+    copy.cycles.transparent_max_bounces = 1024  # a front face is one
+    return copy
+
+
+def export_backs(scene, output, frames, camera_name=None):
+    """Renders the depth where the solid that a pixel shows ends, and returns the files' paths.
+
+    That is the nearest back face along the pixel's ray, if it belongs to the same object. A pixel of an open mesh has 0.
+    """
+    frames = list(frames)
+    paths = paths_of(output, frames)
+    objects = {each: each.pass_index for each in scene.objects}
+    material = only_backs()
+    fronts, backs = layer_of(scene), layer_of(scene, material)
+    fronts.use_nodes = fronts.render.use_compositing = True
+    nodes, link = fronts.node_tree.nodes, fronts.node_tree.links.new
+    nodes.clear()
+
+    def rendered(of):
+        node = nodes.new("CompositorNodeRLayers")
+        node.scene, node.layer = of, next(layer.name for layer in of.view_layers if layer.use)
+        return node.outputs
+
+    def math_of(operation, *inputs):
+        node = nodes.new("CompositorNodeMath")
+        node.operation = operation
+        for socket, value in zip(node.inputs, inputs):
+            if isinstance(value, float):
+                socket.default_value = value
+            else:
+                link(value, socket)
+        return node.outputs[0]
+
+    front, back = rendered(fronts), rendered(backs)
+    same = math_of("COMPARE", front["IndexOB"], back["IndexOB"], 0.5)
+    farther = math_of("GREATER_THAN", back["Depth"], math_of("MULTIPLY", front["Depth"], 1 + 2.0 ** -16))
+    file = nodes.new("CompositorNodeOutputFile")
+    file.format.file_format, file.format.color_depth = "OPEN_EXR_MULTILAYER", "32"
+    file.layer_slots.clear()
+    link(math_of("MULTIPLY", back["Depth"], math_of("MULTIPLY", same, farther)), file.layer_slots.new("ZBack"))
+    try:
+        for number, each in enumerate(objects):
+            each.pass_index = number + 1
+        for frame, path in zip(frames, paths):
+            if camera_name:
+                fronts.camera = backs.camera = scene.objects[camera_name]
+            for each in (scene, fronts, backs):
+                each.frame_set(frame)
+            file.base_path = f"{path}.part.#"
+            bpy.ops.render.render(scene=fronts.name)
+            os.replace(f"{path}.part.{frame}.exr", path)
+    finally:
+        for each, number in objects.items():
+            each.pass_index = number
+        for copy in (fronts, backs):
+            bpy.data.scenes.remove(copy)
+        bpy.data.materials.remove(material)
     return paths
 
 
@@ -200,14 +294,17 @@ def main():
                         help="file to write, with a place for the frame's number: camera.%%04d.json")
     parser.add_argument("--frames", type=frame_numbers, help="frames as in 1-10,15 (default: those of the scene)")
     parser.add_argument("--camera", help="name of the camera (default: the one that renders)")
+    parser.add_argument("--backs", help="depth where solids end, to render for ssao --back-depth: backs.%%04d.exr")
     arguments = sys.argv[sys.argv.index("--") + 1:] if "--" in sys.argv else []
     asked = parser.parse_args(arguments)
     scene = bpy.context.scene
     if not bpy.data.filepath:
         raise ValueError("no scene is open: check the name of the .blend file, or save it")
     frames = asked.frames or range(scene.frame_start, scene.frame_end + 1, scene.frame_step)
-    paths = export(scene, asked.output, frames, asked.camera)
-    print(f"wrote {paths[0]}" if len(paths) == 1 else f"wrote {len(paths)} files, from {paths[0]} to {paths[-1]}")
+    for paths in (export(scene, asked.output, frames, asked.camera),
+                  export_backs(scene, asked.backs, frames, asked.camera) if asked.backs else []):
+        if paths:
+            print(f"wrote {paths[0]}" if len(paths) == 1 else f"wrote {len(paths)} files, from {paths[0]} to {paths[-1]}")
 
 
 if __name__ == "__main__":

@@ -68,9 +68,9 @@ def read_pfm(path):
     return values.reshape(height, width, 3 if kind == [b"PF"] else 1)[::-1].astype(float).squeeze()
 
 
-def fathom(command, exr, camera, *options):
+def fathom(command, exr, camera, *options, strict=True):
     output = f"{exr}.{command}.pfm"
-    subprocess.run([FATHOM, command, exr, "--camera", camera, "-o", output, "--strict", "--quiet", *options],
+    subprocess.run([FATHOM, command, exr, "--camera", camera, "-o", output, *["--strict"][:strict], "--quiet", *options],
                    check=True)
     return read_pfm(output)
 
@@ -259,6 +259,38 @@ def compare_scene(make):
         wrong = Frame(f"{stem}.0001.exr", f"{stem}.0002.json")
         within = (wrong.position_errors() <= POSITION_ERROR * wrong.distance)[~wrong.sky].mean()
         check(within < 0.01, f"with the camera of another frame {within:.4%} are within {POSITION_ERROR:g}")
+
+
+def check_backs():
+    """Where cubes end, against a ray through each of them in doubles; planes end nowhere."""
+    scene = perspective()
+    scene.frame_set(1)
+    cubes = [np.array(each.matrix_world) @ np.diag([*np.array(each.dimensions) / 2, 1])
+             for each in scene.objects if each.name.startswith("Cube")]
+    stem = os.path.join(FOLDER, "perspective")
+    done = export(stem, "--backs", f"{stem}.backs.%04d.exr")
+    check(done.returncode == 0 and not done.stderr, f"backs: rendered, {done.stderr or 'no complaint'}")
+    for number in (1, 2):
+        frame = Frame(f"{stem}.{number:04d}.exr", f"{stem}.{number:04d}.json")
+        back = fathom("linearize", f"{stem}.backs.{number:04d}.exr", frame.camera, strict=False)
+        with open(frame.camera, encoding="utf-8") as file:
+            place = np.linalg.inv(np.array(json.load(file)["view"]))[:3, 3]
+        ray = frame.positions - place  # as long as the distance to what is seen
+        cube, end = np.zeros_like(frame.sky), np.full(frame.sky.shape, np.nan)
+        for matrix in cubes:
+            inverse = np.linalg.inv(matrix)
+            with np.errstate(divide="ignore", invalid="ignore"):
+                sides = ((np.array([[-1], [1]]) - (inverse[:3, :3] @ place + inverse[:3, 3]))
+                         / (ray @ inverse[:3, :3].T)[..., None, :])
+            enter, leave = sides.min(-2).max(-1), sides.max(-2).min(-1)
+            seen = ~frame.sky & (enter < leave) & (np.abs(enter - 1) <= POSITION_ERROR)
+            cube, end = cube | seen, np.where(seen, leave * frame.depth, end)
+        here = cube & np.isfinite(back)
+        error = np.quantile(np.abs(back[here] / end[here] - 1), POSITION_FRACTION)
+        flat = ~cube & frame.flat()
+        check(cube.mean() > 0.05 and here.sum() > 0.8 * cube.sum() and error <= POSITION_ERROR
+              and np.isnan(back[flat & (np.abs(frame.normals[..., 2]) > 0.99)]).all(),
+              f"backs: frame {number}, {here.sum()} of {cube.sum()} pixels of cubes end, 99.9 % within {error:.1e}")
 
 
 def refused(text, *arguments):
@@ -463,6 +495,7 @@ def check_opens(exr, camera):
 
 for scene_of in (perspective, orthographic, region):
     compare_scene(scene_of)
+check_backs()
 check_opens(*(os.path.join(FOLDER, f"perspective.0001.{end}") for end in ("exr", "json")))
 check_refusals()
 check_lens()
