@@ -11,10 +11,13 @@ set(slow_tags [slow] [stability])
 include(${CMAKE_CURRENT_LIST_DIR}/long_files.cmake)
 
 # Files whose exhaustive cases take minutes, or gigabytes of memory or disk: scripts/test --all alone runs those.
-set(all_only_files bands bench_cheapest cli_cost cli_memory cli_mistakes cli_resume cli_strips contract large_images)
+set(all_only_files bands bench_cheapest cli_cost cli_exr_tools cli_memory cli_mistakes cli_resume cli_strips contract exhaustive
+  large_images)
 
-# Groups of slow cases that scripts/test leaves to --ci: each takes more than half a minute where no kernel is compiled yet.
-set(ci_only_groups cli_resume_slow cli_strips_slow contract_slow normals_slow regimes_slow)
+# Groups of slow cases that scripts/test leaves to --ci, or to --all: each takes more than half a minute where no kernel is
+# compiled yet.
+set(ci_only_groups cli_exr_tools_slow contract_slow normals_slow regimes_slow)
+set(all_only_groups cli_resume_slow cli_strips_slow)
 
 # Files that measure times, which nothing may run beside.
 set(serial_files cli_cost)
@@ -92,6 +95,9 @@ foreach(tier quick slow real exhaustive)
     endif()
     if(name IN_LIST ci_only_groups)
       set(label exhaustive)
+    endif()
+    if(name IN_LIST all_only_groups)
+      set(label long)
     endif()
     if(NOT label MATCHES quick)
       set(cost "COST 100") # long ones first, so that no core waits for the last of them

@@ -124,7 +124,7 @@ TEST_CASE("exr tools: headers and windows of files from OpenImageIO's and OpenEX
     std::cout << "exr tools: " << files.size() << " files, headers as before\n";
 }
 
-TEST_CASE("exr tools: oiiotool reads every result by the names that other programs know", "[exhaustive]") {
+TEST_CASE("exr tools: oiiotool reads every result by the names that other programs know", "[slow]") {
     if (!is_installed("oiiotool")) {
         WARN("skipped: there is no oiiotool (openimageio-tools)");
         return;

@@ -493,14 +493,27 @@ std::vector<std::pair<std::string, Camera>> cameras(int width, int height) {
     return all;
 }
 
+/// A scene of the camera's size whose every value is a depth of its encoding.
+Scene seen_by(const Camera& camera) {
+    Scene scene(camera.width, camera.height);
+    scene.camera = camera;
+    if (camera.encoding != Encoding::ray_distance)
+        for (float& value : scene.depth)
+            value /= 16;
+    return scene;
+}
+
 } // namespace
 
 TEST_CASE("contract: the same bits for another vector width, group size and stride, of any size", "[contract]") {
+    // An operation meets two of the four, so that its calls share kernels.
     std::size_t next = 0;
     for (const Call& call : calls()) {
+        const std::string name = call.name.substr(0, call.name.find_first_of(", "));
+        const auto operation = std::ranges::find(description::operations(), name, &description::Operation::name);
+        const std::ptrdiff_t number = operation - description::operations().begin() + 2 * (next++ % 2);
         for (const auto& [width, height] : {std::pair{131, 45}, {37, 1}})
-            check_same_bits(call, Scene(width, height, true), widths_and_groups[next % 4]);
-        ++next;
+            check_same_bits(call, Scene(width, height, true), widths_and_groups[number % 4]);
     }
     for (const description::Operation& operation : description::operations()) // narrow ones need kernels of their own
         for (const auto& [width, height] : {std::pair{1, 1}, {1, 9}, {7, 3}})
@@ -514,6 +527,11 @@ TEST_CASE("contract: the same bits for every vector width", "[contract][exhausti
             check_same_bits(call, damaged, width_and_group);
             check_same_bits(call, large, width_and_group);
         }
+    for (const auto& [name, camera] : cameras(203, 157)) {
+        INFO(name);
+        for (const std::pair<int, int>& width_and_group : widths_and_groups)
+            check_same_bits(calls_of("linearize").front(), seen_by(camera), width_and_group);
+    }
 }
 
 TEST_CASE("contract: a tile has the bits of the whole", "[contract]") {
@@ -599,8 +617,8 @@ TEST_CASE("contract: two threads on one device get the bits of one", "[contract]
 
 TEST_CASE("contract: whatever the camera and the storage are", "[contract]") {
     std::size_t next = 0;
-    const auto check = [&](Scene scene, const Camera& camera, Storage storage) {
-        scene.camera = camera;
+    const auto check = [&](const Scene& scene, Storage storage) {
+        const Camera& camera = scene.camera;
         for (const char* operation : {"linearize", "unproject", "normals"}) {
             const Call call = calls_of(operation).front();
             Inputs inputs = scene.on(device());
@@ -614,25 +632,20 @@ TEST_CASE("contract: whatever the camera and the storage are", "[contract]") {
                                                   {camera.width, camera.height, channels_of(storage)}),
                                  camera, storage};
             } else {
-                if (std::string(operation) == "linearize") // the others decode as it does
-                    check_same_bits(call, scene, widths_and_groups[next++ % 4]);
+                if (std::string(operation) == "linearize" && next++ % 3 == 0) // the others decode as it does
+                    check_same_bits(call, scene, widths_and_groups[next % 4]);
                 check_reach(call, scene);
             }
             check_tiles(call, inputs);
         }
     };
-    Scene scene(203, 157);
     const auto all = cameras(203, 157);
     for (const auto& [name, camera] : all) {
-        Scene own = scene;
-        if (camera.encoding != Encoding::ray_distance)
-            for (float& value : own.depth) // every value between 0 and 1 is a depth
-                value /= 16;
+        const Scene own = seen_by(camera);
         INFO(name);
-        check(own, camera, Storage::float32);
+        check(own, Storage::float32);
         if (name != "orthographic" && name != "a tilted matrix")
             continue;
-        own.camera = camera;
         for (const char* operation : {"ssao", "fog", "dof_masks", "dof"})
             if (name != "orthographic" || operation[0] != 'd') // whose lens would be a telecentric one
                 check_same_bits(calls_of(operation).at(1), own, widths_and_groups[next++ % 4]);
@@ -640,6 +653,6 @@ TEST_CASE("contract: whatever the camera and the storage are", "[contract]") {
     for (const Storage storage : {Storage::float16, Storage::uint8, Storage::uint16, Storage::uint24,
                                   Storage::uint24_high, Storage::rgb8_red_low}) {
         INFO(to_string(storage));
-        check(scene, all.front().second, storage);
+        check(seen_by(all.front().second), storage);
     }
 }
