@@ -2,6 +2,8 @@
 // each plane, and the picture shows exactly where one plane ends.
 #include "program.hpp"
 
+#include <fathom/opencv.hpp>
+
 #include <fmt/format.h>
 
 using namespace fathom;
@@ -127,6 +129,57 @@ TEST_CASE("sizes program: a blur is that of depth of the picture's size") {
     // The camera may be that of the picture.
     check_done(joined(joined({"dof", scene.depth}, lens), {"--camera", camera, "-o", scene.out}));
     CHECK(same(read_color(scene.out), got));
+}
+
+TEST_CASE("sizes library: images and matrices give what the program does") {
+    const Scene scene;
+    const cv::Mat depth = depth_of(), light = read_picture(scene.picture).color;
+    const Camera camera = camera_for(read_camera(scene.camera), across, down);
+    const Device device = Device::open();
+    const StoredDepth stored{to_device(device, depth), camera};
+    const Image color = to_device(device, light);
+    const StoredDepth fine = upsample_along_edges(stored, color);
+    const CircleOfConfusion circle{40, 300};
+    const FogOptions fog_options{.density = 0.2, .fog_color = {0.7, 0.6, 0.5}}; // B, G, R
+
+    const cv::Mat fog_of_program = scene.made({"fog", scene.depth, "--color", scene.picture, "--density", "0.2"});
+    CHECK(same(to_mat(fog(fine, color, fog_options)), fog_of_program));
+    cv::Mat fog_of_matrices, dof_of_matrices;
+    fog(device, depth, camera, light, fog_of_matrices, fog_options);
+    CHECK(same(fog_of_matrices, fog_of_program));
+    const cv::Mat dof_of_program =
+        scene.made({"dof", scene.depth, "--color", scene.picture, "--circle", "4,30", "--quality", "fast"});
+    dof(device, depth, camera, light, {4, 30}, dof_of_matrices, {.quality = Quality::fast});
+    CHECK(same(dof_of_matrices, dof_of_program));
+    DofMasks masks;
+    masks.coc = Image(device, Element::f32, {light.cols, light.rows});
+    dof_masks(fine, masks, circle);
+    CHECK(same(to_mat(masks.coc),
+               scene.made({"dof-masks", scene.depth, "--color", scene.picture, "--circle", "40,300"}, "coc")));
+
+    // Codes count as what they stand for.
+    cv::Mat bytes, halves, codes;
+    light.convertTo(bytes, CV_8U, 255);
+    light.convertTo(halves, CV_16F);
+    light.convertTo(codes, CV_16U, 65535);
+    const cv::Mat z = to_mat(fine.image);
+    for (const cv::Mat& picture : {bytes, halves, codes}) {
+        const cv::Mat other = to_mat(upsample_along_edges(stored, to_device(device, picture)).image);
+        for (int y = 0; y < z.rows; ++y)
+            for (int x = 0; x < z.cols; ++x)
+                if (std::isfinite(z.at<float>(y, x)) && is_inside(x, y) &&
+                    !(std::abs(other.at<float>(y, x) / z.at<float>(y, x) - 1) < 0.01f))
+                    FAIL(x << ", " << y << ": " << other.at<float>(y, x) << ", not " << z.at<float>(y, x));
+    }
+
+    const auto refused = [&](const StoredDepth& of, const Image& picture, const char* reason) {
+        CHECK_THROWS_WITH(upsample_along_edges(of, picture), ContainsSubstring(reason));
+    };
+    refused(stored, Image(device, Element::f32, {256, 186, 3}), "same ratio of width to height");
+    refused(stored, Image(device, Element::f32, {256, 192, 1}), "color has 1 channels");
+    refused(stored, {}, "color has no image");
+    refused(stored.region(0, 0, 32, 24), color, "a part of an image");
+    CHECK_THROWS_WITH(fog(stored, color, {.density = 0.2}), ContainsSubstring("upsample_along_edges"));
 }
 
 TEST_CASE("sizes program: points have the mean colour of their part of a larger picture") {

@@ -78,6 +78,15 @@ void grow_foreground(const StoredDepth& stored, const Image& result, int pixels)
 /// Throws: std::invalid_argument for an image that does not fit; Error where all codes are used, and from the device.
 StoredDepth ignore_pixels(const StoredDepth& stored, const Image& ignore);
 
+/// Depth of the size of a picture that shows the same, for `fog`, `dof` and `dof_masks`: `upsample_along_edges` of photograph.hpp
+/// for the distance along the axis, as a mean of 1/z under a perspective, which is exact on a plane. A pixel is background or invalid
+/// where most of the depths around it are. The camera maps the whole image, and becomes that of the picture's pixels.
+/// In: the whole of an image, and a picture with 3 or 4 channels in linear light: floats, halves, or integers of 8 or 16 bits that
+/// count from 0 to 1. Waits for the device, and computes on the host, in one thread.
+/// Throws: std::invalid_argument for another picture, and for ratios of width to height that differ by more than a pixel; Error from
+/// the device.
+StoredDepth upsample_along_edges(const StoredDepth& stored, const Image& color);
+
 /// A pixel depends on nothing around it, and a call takes no memory of its own; see tiles.hpp.
 inline Reach reach(const Tile&, const LinearizeOptions&) {
     return {};

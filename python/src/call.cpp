@@ -580,6 +580,14 @@ StoredDepth Call::more_depth(const Pixels& pixels, const char* argument) {
     return stored(pixels, argument);
 }
 
+void Call::fit(const Image& picture) {
+    const Image& image = depth_.image;
+    if (picture.width() == image.width() && picture.height() == image.height())
+        return;
+    const Unlocked released;
+    depth_ = upsample_along_edges(depth_, picture);
+}
+
 Image Call::result(nb::handle target, const char* argument, Element element, Layout layout) {
     const bool given = target.is_valid() && !target.is_none();
     if (given && is_image(target)) {

@@ -119,6 +119,9 @@ public:
         return image(pixels, holds, argument, nullptr);
     }
 
+    /// Brings the depth to the size of a picture that shows the same, if it has another.
+    void fit(const Image& picture);
+
     /// Adds a result: `target`'s memory, or new memory.
     Image result(nb::handle target, const char* argument, Element element, Layout layout);
     Image result(nb::handle target, const char* argument, int channels = 1) {

@@ -2,13 +2,14 @@
 
 #include "call.hpp"
 
-#include "description/option.hpp"
+#include "description/operations.hpp"
 
 #include <nanobind/nanobind.h>
 
 #include <functional>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace fathom::python {
@@ -69,6 +70,11 @@ private:
     const char* function_;
     std::vector<Item> items_;
 };
+
+/// Does it take `color`, a picture that gives its results their size, though it computes nothing of the picture?
+inline bool takes_size_of_picture(const description::Operation& operation) {
+    return std::string_view(operation.name) == description::DofMasksCall::said.name;
+}
 
 /// The type of what an option takes, for the stubs.
 std::string annotation(const description::Option& option);

@@ -129,6 +129,8 @@ void set_images(const Bound& bound, void* made, const Given& given, Call& call) 
                 call.image(pixels, option->kind == Kind::picture ? Holds::picture : Holds::numbers, option->name);
             if (!picture)
                 picture = image;
+            if (!option->by_default)
+                call.fit(image);
             bound.operation.set(made, *option, image);
         }
     }
@@ -145,6 +147,7 @@ nb::object call_of(const Bound& bound, const nb::args& arguments, const nb::kwar
     if (!nb::isinstance<CameraObject>(camera_given))
         keywords.refuse();
     const auto& camera = nb::cast<const CameraObject&>(camera_given);
+    const Pixels color{takes_size_of_picture(bound.operation) ? keywords.take("color") : nb::none()};
     const std::optional<LensArguments> lens =
         bound.circle ? std::optional(lens_of(keywords, bound.lens)) : std::nullopt;
 
@@ -170,6 +173,8 @@ nb::object call_of(const Bound& bound, const nb::args& arguments, const nb::kwar
 
     Call call(depth, camera, common.storage, common.device, common.ignore);
     const std::shared_ptr<void> made = std::move(options); // whose images end before the arrays that they lie in
+    if (color)
+        call.fit(call.image(color, Holds::picture, "color"));
     set_images(bound, made.get(), given, call);
     const std::vector<description::Result> results = operation.results_of(made.get(), call.depth());
     const bool alone = !operation.results ||

@@ -143,6 +143,37 @@ def test_the_program_gives_the_same_bits(tmp_path, program, metres, keys, storag
     assert same_bits(got, expected)
 
 
+def test_depth_of_another_size_is_brought_to_the_pictures(tmp_path, program, metres, keys):
+    depth = metres.astype(numpy.float32)
+    color = picture((3 * depth.shape[0], 3 * depth.shape[1]))
+    (tmp_path / "camera.json").write_text(json.dumps(keys))
+    numpy.save(tmp_path / "d.npy", depth)
+    write_pfm(tmp_path / "color.pfm", color)
+    camera = fathom.Camera(**keys)
+    for arguments, got in (
+        (["fog", "--density", 0.3], fathom.fog(depth, camera, color, 0.3)),
+        (["dof", "--circle", "8,20"], fathom.dof(depth, camera, color, circle=(8, 20))),
+        (
+            ["dof", "--focus-at", "150,99", "--f-stop", 0.1, "--sensor-mm", 36],
+            fathom.dof(depth, camera, color, focus_at=(150, 99), f_stop=0.1, sensor_mm=36),
+        ),
+        (["dof-masks", "--mask", "coc", "--circle", "8,20"], fathom.dof_masks(depth, camera, circle=(8, 20), color=color).coc),
+    ):
+        program(
+            *(*arguments, tmp_path / "d.npy", "--color", tmp_path / "color.pfm", "--camera", tmp_path / "camera.json"),
+            *("-o", tmp_path / "r.npy"),
+        )
+        assert same_bits(got, numpy.load(tmp_path / "r.npy"))
+    on_device = fathom.fog(fathom.Image(depth), camera, fathom.Image(color), 0.3)
+    assert same_bits(on_device.numpy(), fathom.fog(depth, camera, color, 0.3))
+    ignored = numpy.zeros(depth.shape, bool)
+    ignored[20:40, 30:50] = True
+    masks = fathom.dof_masks(depth, camera, circle=(8, 20), color=color, ignore=ignored)
+    assert numpy.isnan(masks.coc[75:105, 105:135]).all() and not numpy.isnan(masks.coc[:45]).any()
+    with pytest.raises(ValueError, match="same ratio of width to height"):
+        fathom.fog(depth, camera, color[:-20], 0.3)
+
+
 def test_all_results_of_ssao_are_the_programs(tmp_path, program, millimetres, kinect, keys):
     (tmp_path / "camera.json").write_text(json.dumps({**keys, "scale": 0.001, "missing": 0}))
     numpy.save(tmp_path / "d.npy", millimetres)

@@ -7,6 +7,9 @@
 
 namespace fathom {
 
+/// May images of two sizes show the same? So if the ratios of width to height differ by a pixel at most.
+bool have_same_ratio(int width, int height, int other_width, int other_height);
+
 /// `upsample_along_edges`, some rows at a time.
 class EdgeUpsampling {
 public:

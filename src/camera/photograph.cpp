@@ -109,6 +109,13 @@ void EdgeUpsampling::rows_of_distances(int begin, int end, bool inverse, float* 
         }
 }
 
+bool have_same_ratio(int width, int height, int other_width, int other_height) {
+    if (other_width < width)
+        return have_same_ratio(other_width, other_height, width, height);
+    const double across = static_cast<double>(other_width) / width, down = static_cast<double>(other_height) / height;
+    return std::min(std::abs(other_height / across - height), std::abs(other_width / down - width)) <= 1;
+}
+
 std::vector<float> upsample_along_edges(const HostFloats& depth, const HostFloats& color) {
     const auto check = [](const char* name, const HostFloats& image) {
         require(image.data && image.width > 0 && image.height > 0, name, " has no pixels");

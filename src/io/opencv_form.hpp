@@ -88,7 +88,12 @@ void form(const Device& device, cv::InputArray stored, const Camera& camera, con
     for (std::size_t i = 0; i < results.size(); ++i)
         if (results[i].wanted)
             arguments.place(results[i], *array(i), i == 0 && results.size() > 1);
-    arguments.matrices.run([&] { call.run(input, arguments.launch); });
+    arguments.matrices.run([&] {
+        if constexpr (requires { call.color; })
+            if (call.color.width() != input.image.width() || call.color.height() != input.image.height())
+                return call.run(upsample_along_edges(input, call.color), arguments.launch);
+        call.run(input, arguments.launch);
+    });
 }
 
 } // namespace fathom::io

@@ -196,9 +196,15 @@ void check_device(const StoredDepth& stored, const NamedImage& other) {
 
 void check_picture(const StoredDepth& stored, const NamedImage& picture) {
     const auto& [name, image] = picture;
-    require(static_cast<bool>(image), name, " has no image");
+    check_picture_of_any_size(stored, picture);
     require(image.width() == stored.image.width() && image.height() == stored.image.height(), name, " is ",
-            size_of(image), " pixels, the depth ", size_of(stored.image));
+            size_of(image), " pixels, the depth ", size_of(stored.image),
+            "; upsample_along_edges makes depth of the size of a picture that shows the same");
+}
+
+void check_picture_of_any_size(const StoredDepth& stored, const NamedImage& picture) {
+    const auto& [name, image] = picture;
+    require(static_cast<bool>(image), name, " has no image");
     check_device(stored, picture);
     require(image.channels() == 3 || image.channels() == 4, name, " has ", image.channels(),
             " channels; it must have 3, or 4 with an alpha");

@@ -71,6 +71,9 @@ void check_device(const StoredDepth& stored, const NamedImage& other);
 /// Throws: std::invalid_argument naming the picture, what it is and what it must be.
 void check_picture(const StoredDepth& stored, const NamedImage& picture);
 
+/// The same of a picture of any size.
+void check_picture_of_any_size(const StoredDepth& stored, const NamedImage& picture);
+
 /// A picture's element, as kernels are built for it: ELEMENT of params.h.
 int element_define(Element element);
 

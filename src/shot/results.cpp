@@ -1,6 +1,7 @@
 // What is written of an input: its images, their files and what those cannot hold.
 #include "results.hpp"
 
+#include "camera/edge_upsampling.hpp"
 #include "terminal/messages.hpp"
 #include "text.hpp"
 
@@ -9,7 +10,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 
 namespace fathom::cli {
@@ -166,11 +166,8 @@ void check_same_size(const std::filesystem::path& file, cv::Size size, const Job
 }
 
 void check_same_view(const std::filesystem::path& file, cv::Size size, const Job& job) {
-    const cv::Size depth = job.windows.data.size(), small = size.width < depth.width ? size : depth,
-                   large = size.width < depth.width ? depth : size;
-    const double across = static_cast<double>(large.width) / small.width,
-                 down = static_cast<double>(large.height) / small.height;
-    if (std::min(std::abs(large.height / across - small.height), std::abs(large.width / down - small.width)) > 1)
+    const cv::Size depth = job.windows.data.size();
+    if (!have_same_ratio(size.width, size.height, depth.width, depth.height))
         throw Error(fmt::format("{}: is {} × {}, but {} is {} × {}; both must show the same, with the same ratio of "
                                 "width to height",
                                 file.native(), size.width, size.height, job.input.native(), depth.width, depth.height));

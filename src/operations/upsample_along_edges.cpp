@@ -1,0 +1,68 @@
+// Stored depth of the size of a picture, on the host.
+
+#include <fathom/linearize.hpp>
+
+#include "camera/edge_upsampling.hpp"
+#include "operations/parameters.hpp"
+#include "require.hpp"
+#include "runtime/scratch.hpp"
+
+#include <cstdint>
+#include <vector>
+
+namespace fathom {
+namespace {
+
+// Of an image of floats, halves, or codes that count from 0 to 1.
+std::vector<float> floats_of(const Image& image) {
+    std::vector<float> floats(static_cast<std::size_t>(image.width()) * static_cast<std::size_t>(image.height()) *
+                              static_cast<std::size_t>(image.channels()));
+    const auto take = [&]<typename T>(T, float largest) {
+        std::vector<T> elements(floats.size());
+        image.download(elements.data());
+        for (std::size_t i = 0; i < floats.size(); ++i)
+            floats[i] = static_cast<float>(elements[i]) / largest;
+    };
+    switch (image.element()) {
+    case Element::u8:
+        take(std::uint8_t{}, 255);
+        break;
+    case Element::u16:
+        take(std::uint16_t{}, 65535);
+        break;
+    case Element::f16:
+        take(Eigen::half{}, 1);
+        break;
+    default:
+        image.download(floats.data());
+    }
+    return floats;
+}
+
+} // namespace
+
+StoredDepth upsample_along_edges(const StoredDepth& stored, const Image& color) {
+    check_stored(stored);
+    check_picture_of_any_size(stored, {"color", color});
+    const int width = stored.image.width(), height = stored.image.height();
+    require(stored.camera.width == width && stored.camera.height == height,
+            "the stored depth is a part of an image; upsample_along_edges takes the whole");
+    require(have_same_ratio(width, height, color.width(), color.height()), "color is ", color.width(), " x ",
+            color.height(), " pixels, the depth ", width, " x ", height,
+            "; both must show the same, with the same ratio of width to height");
+    const std::vector<float> z = floats_of(linearize(stored).image), light = floats_of(color);
+    const Layout layout{color.width(), color.height()};
+    std::vector<float> fine(static_cast<std::size_t>(layout.width) * static_cast<std::size_t>(layout.height));
+    EdgeUpsampling({z.data(), width, height}, {light.data(), layout.width, layout.height, color.channels()})
+        .rows_of_distances(0, layout.height, stored.camera.projection.is_perspective(), fine.data());
+    const Device& device = stored.image.device();
+    const Image image(device, Element::f32, layout);
+    runtime::copy(Image::from_host(device, Element::f32, fine.data(), layout), image);
+    device.finish(); // `fine` ends here
+    Camera camera = stored.camera;
+    camera.width = layout.width;
+    camera.height = layout.height;
+    return ViewDepth{image, camera}.stored();
+}
+
+} // namespace fathom
