@@ -605,10 +605,17 @@ TEST_CASE("program: without a linker PoCL runs the kernels that it has, and one 
     Arguments floats = linearize.arguments;   // other choices of a kernel that is there
     floats[1] = depth_file(folder, "depth.pfm");
     check_refused(without(floats), 3, line);
-    write(folder / "bin/ld", "#!/bin/sh\nexit 1\n"); // one that does nothing is none
-    fs::permissions(folder / "bin/ld", fs::perms::owner_all);
-    check_done(without(linearize.arguments));
-    check_refused(without(normals), 3, "the linker, " + folder / "bin/ld" + ", fails when it is asked for its version");
+    const auto with_linker = [&](const std::string& bytes) { // one that does nothing is none
+        write(folder / "bin/ld", bytes);
+        fs::permissions(folder / "bin/ld", fs::perms::owner_all);
+        check_done(without(linearize.arguments));
+        check_refused(without(normals), 3,
+                      "the linker, " + folder / "bin/ld" + ", fails when it is asked for its version");
+    };
+    with_linker("#!/bin/sh\nexit 1\n");
+    with_linker(content("/bin/false"));
+    with_linker(content("/bin/false").substr(0, 1000));
+    with_linker("");
 }
 
 TEST_CASE("program: a folder of compiled kernels goes with a process that signals end") {

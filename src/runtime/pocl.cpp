@@ -140,11 +140,13 @@ fs::path other_folder() {
     return own.path();
 }
 
-/// Does a script that stands for a linker work? It does if it says its version. Programs are taken to work, since to run one takes
-/// as long as a small image.
+/// Does a linker work? It does if it says its version. The program that the system's package installs is taken to work, since to
+/// run it takes as long as a small image.
 bool works(const fs::path& linker) {
     std::string magic(4, ' ');
-    if (std::ifstream(linker, std::ios::binary).read(magic.data(), 4) && magic == "\x7f"
+    std::error_code failure;
+    if (fs::canonical(linker, failure).parent_path() == "/usr/bin" &&
+        std::ifstream(linker, std::ios::binary).read(magic.data(), 4) && magic == "\x7f"
                                                                                   "ELF")
         return true;
     posix_spawn_file_actions_t quiet;
