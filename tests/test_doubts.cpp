@@ -135,6 +135,12 @@ TEST_CASE("doubts: mistakes are told of an image and of a sample of it, and what
     check_told(camera_of(Encoding::view_z), host(buffer, Storage::float32),
                "flat if the values are depth-buffer values");
 
+    Camera from_near = camera_of(Encoding::view_z);
+    from_near.near_plane = 1;
+    check_silent(from_near, host(metres, Storage::float32));
+    check_told(from_near, host(image<float>([](double z) { return z - 1; }), Storage::float32),
+               "distances from the near plane on");
+
     auto sky = metres;
     std::fill_n(sky.begin(), sky.size() / 4, 1e10f);
     check_told(camera_of(Encoding::view_z), host(sky, Storage::float32), "25 % of the pixels hold 1e+10");
@@ -156,6 +162,17 @@ TEST_CASE("doubts: units that no source of metres or millimetres has are told", 
                "0.0002 those of TUM");
     check_silent(millimetres,
                  host(image<std::uint16_t>([](double z) { return 2000 * z; }), Storage::uint16)); // to 20 m
+    // TUM has five times the millimetres of a Kinect. Here both see 0.5 to 2.5 m.
+    Camera tum = millimetres;
+    tum.scale = 0.0002;
+    const auto kinect = [](double z) { return std::round(250 * z); };
+    const auto fives = image<std::uint16_t>([](double z) { return 5 * std::round(250 * z); });
+    check_silent(tum, host(fives, Storage::uint16));
+    check_told(millimetres, host(fives, Storage::uint16), "--preset tum");
+    check_silent(millimetres, host(image<std::uint16_t>(kinect), Storage::uint16));
+    check_told(tum, host(image<std::uint16_t>(kinect), Storage::uint16), "if the codes are millimetres");
+    check_silent(millimetres, host(image<std::uint16_t>([](double z) { return 10 * std::round(250 * z); }),
+                                   Storage::uint16)); // centimetres
     metres.usual_metres = 50;
     check_told(metres, host(image<float>([](double z) { return 100 * z; }), Storage::float32), "0.01 centimetres");
     Camera bytes = millimetres;
@@ -464,6 +481,26 @@ TEST_CASE("doubts: numbers that are no depth are told with their key, unless the
         filtered[i] = std::round((filtered[i] + filtered[i - 1]) / 2);
     const std::string resized = "it was filtered or resized";
     CHECK(told(filtered, Storage::uint16).find(resized) != std::string::npos);
+    // A cubic, which overshoots on both sides of a hole, whether its code is before all else or behind; and something narrow that
+    // casts a shadow, which is a surface.
+    for (const double number : {0.0, 65535.0}) {
+        std::vector<double> plain(static_cast<std::size_t>(columns * rows)), narrow = plain;
+        for (int i = 0; i < columns * rows; ++i) {
+            const int x = i % columns;
+            const auto at = static_cast<std::size_t>(i);
+            plain[at] = x >= 96 && x < 150 ? number : 2000 + 2 * x;
+            narrow[at] = x >= 150 && x < 153 ? 800 : plain[at];
+        }
+        std::vector<double> cubic = plain;
+        for (std::size_t i = 2; i + 2 < plain.size(); ++i) // half a pixel aside
+            cubic[i] = std::clamp((9 * (plain[i] + plain[i + 1]) - plain[i - 1] - plain[i + 2]) / 16, 0.0, 65535.0);
+        camera.missing = number;
+        camera.scale = 0.001;
+        INFO(number);
+        CHECK(told(cubic, Storage::uint16).find(resized) != std::string::npos);
+        CHECK(told(plain, Storage::uint16) == "");
+        CHECK(told(narrow, Storage::uint16) == "");
+    }
     camera.missing.reset();
     camera.scale = 1;
     const auto mixed = [&](double number, double (*stored)(double)) {

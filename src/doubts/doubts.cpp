@@ -8,10 +8,12 @@
 #include "text.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <numeric>
 #include <optional>
 #include <utility>
 
@@ -24,6 +26,8 @@ constexpr double crowded = 1.2;        // no scene lies in the first fifth behin
 constexpr double hardly_behind = 0.02; // of its distance, a plane has no scene
 constexpr double nearly_all = 0.98;    // of the surfaces
 constexpr float few_units = 0.25f;     // no scene in metres ends so near
+constexpr double half_too_near = 0.4;  // metres, before which cameras of depth see little
+constexpr float nearest_of_fives = 2;  // metres, five times what they see at least
 constexpr double mostly_far = 0.8;     // what most values of a depth buffer exceed
 constexpr double past_a_plane = 0.1;   // of its distance; nothing that is rightly described lies so far beyond it
 constexpr double many_far = 0.001;     // the same for one value that is farther than all others
@@ -69,8 +73,8 @@ bool is_measured(const Subject& subject) {
 }
 
 // Where the highest byte of a surface's depth grows by 1, the byte below it falls by nearly 256. In a picture both grow alike.
-Doubt photograph_doubt(const ValueChanges& found) {
-    if (!found.are_of_a_picture())
+Doubt photograph_doubt(const Subject& subject) {
+    if (!subject.changes.are_of_a_picture(subject.camera.encoding == Encoding::window))
         return std::nullopt;
     return "its bytes change like the colours of a picture, and not like packed depth; is it the right file? Depth "
            "that a renderer shows in colours cannot be decoded: save raw depth";
@@ -277,13 +281,17 @@ Doubt unit_doubt(const Subject& subject, bool distances) {
     if (distances && !floats && camera.scale == 1 && look.nearest >= many_units)
         return text("its integers count as scene units, so that depths run from ", number(look.nearest, 4), " to ",
                     number(look.farthest, 4), "; if they are millimetres and a unit is a metre, say \"scale\": 0.001");
-    if (distances && camera.usual_metres > 0 && static_cast<double>(look.farthest) > camera.usual_metres) {
-        std::size_t far = 0;
+    const auto nearer_than = [&](double metres) {
+        std::size_t count = 0;
         subject.each([&](const HostDepth&, const HostFloats& z) {
             for (int y = 0; y < z.height; ++y)
                 for (const float depth : row_of(z, y))
-                    far += std::isfinite(depth) && static_cast<double>(depth) > camera.usual_metres;
+                    count += static_cast<double>(depth) <= metres;
         });
+        return count;
+    };
+    if (distances && camera.usual_metres > 0 && static_cast<double>(look.farthest) > camera.usual_metres) {
+        const std::size_t far = look.surfaces() - nearer_than(camera.usual_metres);
         if (2 * far > look.surfaces())
             return text(
                 percent(far, look.surfaces()), " of the surfaces lie beyond ", number(camera.usual_metres),
@@ -296,6 +304,19 @@ Doubt unit_doubt(const Subject& subject, bool distances) {
         return text("its integers count as millimetres and end at ", number(look.farthest, 4),
                     " metres, nearer than such cameras see; say how long their unit is (\"scale\"), and save all of "
                     "their bits");
+    // Cameras of depth count in millimetres, and TUM has saved five times as much.
+    const std::array<std::size_t, 8>& ends = subject.changes.low_bits;
+    const std::size_t codes = std::accumulate(ends.begin(), ends.end(), std::size_t{});
+    const bool is_sensor = distances && camera.usual_metres == 10 && subject.storage == Storage::uint16;
+    if (is_sensor && camera.scale == 0.001 && look.nearest >= nearest_of_fives && subject.changes.no_fives == 0 &&
+        4 * subject.changes.odd_fives >= codes)
+        return text("its codes are multiples of 5, and nothing is nearer than ", number(look.nearest, 3),
+                    " metres, as in TUM's depth, which has 5000 a metre; if it is such, say \"scale\": 0.0002, or --preset "
+                    "tum");
+    if (is_sensor && camera.scale == 0.0002)
+        if (const std::size_t near = nearer_than(half_too_near); 2 * near > look.surfaces())
+            return text(percent(near, look.surfaces()), " of the surfaces are nearer than ", number(half_too_near),
+                        " metres, where such cameras see little; if the codes are millimetres, say \"scale\": 0.001");
     if (distances && floats && std::abs(camera.scale) < 0.1 && look.farthest < few_units)
         return text("its floats times the scale of ", number(camera.scale), " are ", number(look.farthest, 4),
                     " at most; floats are mostly scene units already, which is \"scale\": 1");
@@ -389,7 +410,7 @@ std::vector<std::string> doubts(const Subject& subject) {
     add(filtered_doubt(subject));
     if (!is_buffer && !is_invalid)
         add(flat_surfaces_doubt(subject));
-    add(photograph_doubt(subject.changes));
+    add(photograph_doubt(subject));
     said.insert(said.end(), of_another.begin(), of_another.end());
     add(projection_doubt(camera.projection));
     if (said.empty()) {

@@ -124,6 +124,9 @@ std::vector<Alternative> alternatives(const Camera& camera, Storage storage, boo
         result.push_back({Shape::affine, 0,
                           "depth-buffer values or 1/z (\"encoding\": \"window\" or \"inverse\"), or come from an "
                           "orthographic camera; are they"});
+    if (camera.encoding == Encoding::view_z && camera.near_plane)
+        result.push_back({Shape::offset, *camera.near_plane / camera.scale,
+                          "distances from the near plane on, so that it has to be added; are they"});
     if (camera.encoding != Encoding::linear && camera.near_plane && camera.far_plane &&
         std::isfinite(*camera.far_plane))
         result.push_back({Shape::offset,

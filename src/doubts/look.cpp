@@ -117,6 +117,11 @@ void ValueChanges::add(const HostDepth& row) {
             }
         }
         ends_differ |= std::abs(bytes[0] - bytes[2]) > 1; // rounding
+        ++pixels_of_three;
+        if (std::abs(bytes[0] - bytes[2]) == 255) {
+            ++full[(bytes[0] == 255) == first_is_high ? 1 : 0];
+            between.set(bytes[1]);
+        }
         if (colors.size() <= most_of_a_map && !(last && std::equal(bytes, bytes + 3, last)))
             colors.insert(std::uint32_t{bytes[0]} | std::uint32_t{bytes[1]} << 8 | std::uint32_t{bytes[2]} << 16);
         last = bytes;
@@ -142,6 +147,8 @@ void ValueChanges::add_codes(const HostDepth& row) {
         no_half_codes += !is_end && !is_half;
         if (is_half)
             highest_half = std::max(highest_half, code);
+        no_fives += code % 5 != 0;
+        odd_fives += code % 10 == 5;
         odd_eighths += code >= 0x8000 && code < 0xffff && (code & 8) != 0;
     }
     codes_before_ = std::move(codes);
@@ -174,9 +181,19 @@ bool ValueChanges::are_turned_round() const {
     return carries[1] >= 32 && 8 * carries[0] <= carries[1] && carried_into_lowest.count() >= 4;
 }
 
-bool ValueChanges::are_of_a_picture() const {
+// Of OpenCV's maps AUTUMN changes one channel only, beside one of 255 and one of 0. Numbers whose bytes are like that lie in the
+// first or the last 256th of their range.
+bool ValueChanges::are_of_one_channel(bool is_buffer) const {
+    constexpr std::size_t few_values = 32, few_others = 32;
+    return 8 * (full[0] + (is_buffer ? 0 : full[1])) > pixels_of_three && between.count() >= few_values &&
+           colors.size() <= between.count() + few_others;
+}
+
+bool ValueChanges::are_of_a_picture(bool is_buffer) const {
     if (are_turned_round())
         return false;
+    if (are_of_one_channel(is_buffer))
+        return true;
     // Where a byte of a number steps, the byte below runs through all of its values. Colours of a map change little from one entry to
     // the next, and of many colours, as where a map was filtered, one rises after another. A number of 16 bits that fills 24 has its
     // highest byte again as the lowest.

@@ -49,6 +49,7 @@ struct ValueChanges {
                 carried = 0;               ///< of the highest byte by 16 at most; the byte below, too; or as a sum does
     std::bitset<256> stepping;             ///< highest bytes of steps
     std::array<std::size_t, 8> low_bits{}; ///< codes other than 0 by their three lowest bits
+    std::size_t no_fives = 0, odd_fives = 0; ///< codes that are no multiple of 5, and that are an odd one
     std::size_t odd_eighths = 0;           ///< codes in the upper half that are 8 more than a multiple of 16
     /// Of neighbours of 16 bits that differ: all; those whose lowest bits differ; of these the ones that are alike as they are;
     /// and of all those that are alike only if their bits are rotated right by three, and left.
@@ -67,11 +68,15 @@ struct ValueChanges {
     std::array<std::bitset<256>, 2> steady_values = {}, values_below = {};
     std::set<std::uint32_t> colors = {}; ///< of three bytes, until they are more than a map has
     bool ends_differ = false;            ///< of a pixel's three bytes
+    std::size_t pixels_of_three = 0;
+    std::array<std::size_t, 2> full{}; ///< pixels whose lowest byte is 255 and highest 0, and the other way round
+    std::bitset<256> between = {};     ///< the byte between these
 
     void add(const HostDepth& row);
 
     /// Do packed bytes change like the colours of a picture? Those of a number do not: a byte wraps where the next one steps.
-    bool are_of_a_picture() const;
+    /// Of a depth buffer they may all lie in the last 256th of the range.
+    bool are_of_a_picture(bool is_buffer = false) const;
 
     /// Do three bytes count up as if the lowest were the highest?
     bool are_turned_round() const;
@@ -80,10 +85,16 @@ struct ValueChanges {
     bool may_be_halves() const;
 
 private:
+    bool are_of_one_channel(bool is_buffer) const;
     void add_codes(const HostDepth& row);
     void add_neighbours(std::uint32_t one, std::uint32_t other);
 
     std::vector<std::uint32_t> codes_before_ = {}; ///< of the row before
+};
+
+/// Where depth begins or ends along rows: how often that is, and how often with values that a filter made.
+struct FilteredBorders {
+    std::size_t all = 0, filtered = 0;
 };
 
 /// Numbers that programs write where there is no depth, or the near plane's code.
@@ -93,7 +104,7 @@ struct SharedNumbers {
         pairs; ///< of pixels that hold one of them; of those whose left neighbour does so, too
     std::size_t pixels = 0;
     std::size_t constant = 0; ///< pixels with another value that their left neighbour and the row before have, too
-    std::size_t borders = 0, filtered = 0; ///< of pixels without depth; those with values in between
+    std::array<FilteredBorders, 2> borders{}; ///< beginnings and ends
 
     SharedNumbers() = default;
     SharedNumbers(const Camera& camera, Storage storage);

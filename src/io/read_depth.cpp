@@ -105,13 +105,13 @@ struct Colors {
     /// A few pixels at edges may have a part of an alpha.
     bool alpha_counts() const { return 10 * in_alpha > pixels; }
 
-    void check(const std::filesystem::path& file) const {
+    void check(const std::filesystem::path& file, const ReadOptions& options) const {
         if (is_grey && has_steps && pixels > 64)
             refuse(file, "has R = G = B in every pixel: it is a grey picture of depth and holds no packed 24 bits; "
                          "save raw depth");
         if (floats.are_floats())
             refuse(file, std::string("is no depth: ") + bytes_of_floats);
-        if (changes.are_of_a_picture())
+        if (changes.are_of_a_picture(!options.as_counted))
             refuse(file,
                    "has bytes that change like the colours of a picture, and not like packed depth; depth that is "
                    "shown in colours cannot be decoded: save raw depth");
@@ -241,7 +241,7 @@ DepthFile io::DepthRows::read(int rows) {
         interpreted(file_, exr_ ? exr_->read(rows).front() : tiff_->read(rows), options_.packing, *seen_, at_).values;
     at_ += rows;
     if (at_ == size().height)
-        seen_->check(file_);
+        seen_->check(file_, options_);
     return depth;
 }
 
@@ -273,7 +273,7 @@ DepthFile read_depth(const std::filesystem::path& file, const ReadOptions& optio
                          ".pfm, .npy, .npz, COLMAP's .bin, 16-bit .png and 16-bit .pgm");
         Colors colors;
         DepthFile depth = interpreted(file, *image, options.packing, colors);
-        colors.check(file);
+        colors.check(file, options);
         depth.windows = {{{0, 0}, image->size()}, image->size()};
         return depth;
     });
