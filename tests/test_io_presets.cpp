@@ -399,7 +399,8 @@ TEST_CASE("presets: depth that a colour map paints is refused under every packin
                 CHECK(read(in_four(painted), packing).find("like the colours of a picture") != std::string::npos);
             REQUIRE(cv::imwrite((folder / "a.png").string(), painted));
             CHECK(refusal([&] { read_depth(folder / "a.png"); }).find("packing") == std::string::npos);
-            if (map == cv::COLORMAP_AUTUMN) // which a depth buffer of 16 bits may look like, whose surfaces lie in the last 256th
+            if (map ==
+                cv::COLORMAP_AUTUMN) // which a depth buffer of 16 bits may look like, whose surfaces lie in the last 256th
                 CHECK(refusal([&] { read_depth(folder / "a.png", {.packing = Packing::rgb_red_high}); }) ==
                       "(nothing was refused)");
         }

@@ -157,8 +157,8 @@ Signature signature_of(const Operation& operation) {
         keywords.push_back({"color", pixels});
     const std::string doc =
         text(operation.summary, "\n\n", words_of(options), operation.lens.empty() ? "" : lens_text,
-             has_picture ? "color: a picture in linear light, whose size and edges the results are to have.\n" : "", "\n",
-             words_of_results(operation));
+             has_picture ? "color: a picture in linear light, whose size and edges the results are to have.\n" : "",
+             "\n", words_of_results(operation));
     Signature made = signature_of(operation.name, doc.c_str());
     made.arguments.insert(made.arguments.end(), arguments.begin(), arguments.end());
     made.keywords.insert(made.keywords.begin(), keywords.begin(), keywords.end());

@@ -310,9 +310,10 @@ Doubt unit_doubt(const Subject& subject, bool distances) {
     const bool is_sensor = distances && camera.usual_metres == 10 && subject.storage == Storage::uint16;
     if (is_sensor && camera.scale == 0.001 && look.nearest >= nearest_of_fives && subject.changes.no_fives == 0 &&
         4 * subject.changes.odd_fives >= codes)
-        return text("its codes are multiples of 5, and nothing is nearer than ", number(look.nearest, 3),
-                    " metres, as in TUM's depth, which has 5000 a metre; if it is such, say \"scale\": 0.0002, or --preset "
-                    "tum");
+        return text(
+            "its codes are multiples of 5, and nothing is nearer than ", number(look.nearest, 3),
+            " metres, as in TUM's depth, which has 5000 a metre; if it is such, say \"scale\": 0.0002, or --preset "
+            "tum");
     if (is_sensor && camera.scale == 0.0002)
         if (const std::size_t near = nearer_than(half_too_near); 2 * near > look.surfaces())
             return text(percent(near, look.surfaces()), " of the surfaces are nearer than ", number(half_too_near),

@@ -50,7 +50,7 @@ struct ValueChanges {
     std::bitset<256> stepping;             ///< highest bytes of steps
     std::array<std::size_t, 8> low_bits{}; ///< codes other than 0 by their three lowest bits
     std::size_t no_fives = 0, odd_fives = 0; ///< codes that are no multiple of 5, and that are an odd one
-    std::size_t odd_eighths = 0;           ///< codes in the upper half that are 8 more than a multiple of 16
+    std::size_t odd_eighths = 0;             ///< codes in the upper half that are 8 more than a multiple of 16
     /// Of neighbours of 16 bits that differ: all; those whose lowest bits differ; of these the ones that are alike as they are;
     /// and of all those that are alike only if their bits are rotated right by three, and left.
     std::size_t neighbours = 0, differ_below = 0, alike_below = 0, alike_right = 0, alike_left = 0;

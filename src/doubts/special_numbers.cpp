@@ -165,7 +165,8 @@ void SharedNumbers::add(const HostDepth& row) {
                 const float off = std::abs(at(i - k).first - nothing);
                 mixed = mixed || (at(i - k).second && off > 0 && std::isfinite(off));
             }
-            if (!mixed && (!std::isfinite(step) || step == 0 || !is_near(reach_of_filter - 2) || !is_near(reach_of_filter)))
+            if (!mixed &&
+                (!std::isfinite(step) || step == 0 || !is_near(reach_of_filter - 2) || !is_near(reach_of_filter)))
                 continue;
             const auto part = [&](std::size_t k) { return (at(i + k).first - nothing) / step; };
             if (std::abs(part(1) - part(2)) > 0.03f) // or something narrow begins there
@@ -263,7 +264,8 @@ std::optional<std::string> special_number_doubt(const Subject& subject) {
 std::optional<std::string> filtered_doubt(const Subject& subject) {
     const double many = subject.camera.encoding == Encoding::window ? many_filtered_buffer : many_filtered;
     FilteredBorders all;
-    for (const FilteredBorders& side : subject.numbers.borders) { // what casts a shadow may be narrow, but lies on one side of it
+    for (const FilteredBorders& side :
+         subject.numbers.borders) { // what casts a shadow may be narrow, but lies on one side of it
         if (side.all >= least_borders && !(static_cast<double>(side.filtered) > many * static_cast<double>(side.all)))
             return std::nullopt;
         all.filtered += side.filtered;

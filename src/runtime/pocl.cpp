@@ -146,8 +146,9 @@ bool works(const fs::path& linker) {
     std::string magic(4, ' ');
     std::error_code failure;
     if (fs::canonical(linker, failure).parent_path() == "/usr/bin" &&
-        std::ifstream(linker, std::ios::binary).read(magic.data(), 4) && magic == "\x7f"
-                                                                                  "ELF")
+        std::ifstream(linker, std::ios::binary).read(magic.data(), 4) &&
+        magic == "\x7f"
+                 "ELF")
         return true;
     posix_spawn_file_actions_t quiet;
     posix_spawn_file_actions_init(&quiet);
