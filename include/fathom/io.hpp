@@ -33,7 +33,7 @@ struct ReadOptions {
     /// Of OpenEXR, read the data window instead of the display window: `cropped` makes its camera.
     bool overscan = false;
     /// PGM: are codes taken that count to another number than 255 or 65535? As lengths (`is_metric`) they mean the same, but they
-    /// are other fractions of a range.
+    /// are other fractions of a range. Bytes of red that are all full are no lengths, and are refused as a picture's then.
     bool as_counted = false;
     std::size_t memory = 0; ///< bytes that an array of an NPZ may take; 0: what the machine or its control group has
 };
