@@ -150,7 +150,7 @@ void SharedNumbers::add(const HostDepth& row) {
     // Beside a pixel without depth a filter leaves values between its number and the surface that follows, or beyond either: numbers
     // that are no depth either, but others than those beside them, and surfaces before the surface or behind it.
     const auto look_from = [&](FilteredBorders& found, const auto& at) {
-        for (std::size_t i = 3; i + reach_of_filter < values.size(); ++i) {
+        for (std::size_t i = 0; i + reach_of_filter < values.size(); ++i) {
             bool is_border = at(i).second;
             for (std::size_t k = 1; k <= reach_of_filter; ++k)
                 is_border = is_border && !at(i + k).second;
@@ -160,11 +160,13 @@ void SharedNumbers::add(const HostDepth& row) {
             const auto is_near = [&](std::size_t k) {
                 return std::abs(at(i + k).first - surface) <= 0.02f * std::abs(step);
             };
-            bool mixed = false;
-            for (std::size_t k = 1; k <= 3; ++k) {
-                const float off = std::abs(at(i - k).first - nothing);
-                mixed = mixed || (at(i - k).second && off > 0 && std::isfinite(off));
-            }
+            // A filter reaches some pixels into the number. Numbers that change everywhere are surfaces outside of what is valid.
+            const auto is_code = [&](const auto& one, const auto& other) {
+                return one.second && other.second && one.first == other.first && std::isfinite(one.first);
+            };
+            bool mixed = i > reach_of_filter && std::isfinite(nothing) &&
+                         is_code(at(i - reach_of_filter), at(i - reach_of_filter - 1)) &&
+                         at(i - reach_of_filter).first != nothing;
             if (!mixed &&
                 (!std::isfinite(step) || step == 0 || !is_near(reach_of_filter - 2) || !is_near(reach_of_filter)))
                 continue;
