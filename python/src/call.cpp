@@ -457,7 +457,7 @@ DeviceImage to_device(const Pixels& array, const Device& device) {
             "their elements, where a result may go";
     else if (!takes(array.given, writable, "array"))
         no_target = "the Image is of a read-only array";
-    return {image, held, no_target};
+    return {image, held, no_target, device.info().cpu ? host.depth(Storage::float32) : HostDepth{}};
 }
 
 nb::object to_numpy(const Image& image) {
@@ -522,17 +522,21 @@ Call::~Call() {
 
 // `host`: where an array lies, whose values nobody has given a meaning.
 Image Call::image(const Pixels& pixels, Holds holds, const char* argument, HostDepth* host) {
+    const auto look_at = [&](const HostDepth& lies, Element element) {
+        if (host && reinterpret_cast<std::uintptr_t>(lies.data) % element_bytes(element) == 0)
+            *host = lies;
+    };
     if (is_image(pixels.given)) {
         const auto& shared = nb::cast<DeviceImage&>(pixels.given);
         if (shared.array)
             kept_.push_back(shared.array);
+        look_at(shared.host, shared.image.element());
         return shared.image;
     }
     waits_ = true;
     const HostImage array = host_image(read_array(pixels.given, argument).array, holds, argument);
     kept_.push_back(array.held);
-    if (host && reinterpret_cast<std::uintptr_t>(array.data) % element_bytes(array.element) == 0)
-        *host = array.depth(Storage::float32);
+    look_at(array.depth(Storage::float32), array.element);
     return image_of(array, device_);
 }
 

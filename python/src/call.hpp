@@ -25,6 +25,7 @@ struct DeviceImage {
     Image image;
     std::shared_ptr<void> array = {};
     const char* no_target = nullptr; ///< why no result may go here, if none may
+    HostDepth host = {};             ///< where that memory lies, if the device reads it there
 };
 
 /// An argument that holds pixels: an array, or a `fathom.Image`.

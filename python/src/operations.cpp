@@ -17,7 +17,6 @@
 #include <nanobind/stl/optional.h>
 #include <nanobind/stl/pair.h>
 #include <nanobind/stl/string.h>
-#include <nanobind/stl/tuple.h>
 
 #include <algorithm>
 #include <array>
@@ -75,19 +74,11 @@ struct Bound {
     nb::object results = nb::none(); // the type of several
 };
 
-// A lens as the arguments give it.
-LensArguments lens_of(Keywords& keywords, const std::vector<Keyword>& known) {
-    LensArguments lens{.circle = keywords.take_as<std::array<double, 2>>("circle", "2 numbers")};
-    if (const auto pixel = keywords.take_as<std::array<int, 2>>("focus_at", "2 whole numbers"))
-        lens.focus_at = {(*pixel)[0], (*pixel)[1]};
-    if (const auto ray = keywords.take_as<std::tuple<int, int, double>>("focus_along", "2 whole numbers and a number"))
-        lens.focus_along = {{std::get<0>(*ray), std::get<1>(*ray)}, std::get<2>(*ray)};
-    keywords.each(known,
-                  [&](const Option& option, nb::handle given) { option.set(lens, keywords.value_of(option, given)); });
-    return lens;
-}
-
 using Given = std::vector<std::pair<const Option*, nb::handle>>;
+
+std::string name_of(const Option& option) {
+    return option.name;
+}
 
 void set_radius(const Bound& bound, void* made, const Given& given, const CameraObject& camera) {
     if (!bound.radius || std::ranges::count(given, bound.radius, &Given::value_type::first) > 0)
@@ -133,7 +124,7 @@ void set_images(const Bound& bound, void* made, const Given& given, Call& call) 
         }
     }
     for (const auto& [option, value] : given)
-        if (picture && option->kind == Kind::three && option->three == description::Three::color)
+        if (picture && option->kind == Kind::color)
             check_color(*option, value, picture);
 }
 
@@ -145,27 +136,33 @@ nb::object call_of(const Bound& bound, const nb::args& arguments, const nb::kwar
     if (!nb::isinstance<CameraObject>(camera_given))
         keywords.refuse();
     const auto& camera = nb::cast<const CameraObject&>(camera_given);
-    const std::optional<LensArguments> lens =
-        bound.circle ? std::optional(lens_of(keywords, bound.lens)) : std::nullopt;
-
     std::shared_ptr<void> options = operation.make(nullptr);
+    LensArguments lens;
     Given given;
+    std::vector<description::Given> together;
+    keywords.each(bound.lens, [&](const Option& option, nb::handle value) {
+        option.set(lens, keywords.value_of(option, value));
+        together.push_back({&option});
+    });
     keywords.each(bound.keywords, [&](const Option& option, nb::handle value) {
-        if (!option.is_image())
-            operation.set(options.get(), option, keywords.value_of(option, value));
+        together.push_back({&option});
         given.emplace_back(&option, value);
+        if (option.is_image())
+            return;
+        const description::Value read = keywords.value_of(option, value);
+        if (const auto* circle = std::get_if<CircleOfConfusion>(&read))
+            lens.circle = {static_cast<double>(circle->k), static_cast<double>(circle->g)};
+        else
+            operation.set(options.get(), option, read);
+        if (const auto* choice = std::get_if<std::size_t>(&read))
+            together.back().choice = *choice;
     });
     const Common common(keywords);
     for (const Keyword& each : bound.keywords)
-        if (!each.option.by_default && each.option.kind != Kind::lens &&
-            std::ranges::count(given, &each.option, &Given::value_type::first) == 0)
+        if (each.option.required && std::ranges::count(given, &each.option, &Given::value_type::first) == 0)
             keywords.refuse();
-    const auto is_given = [&](std::string_view name) {
-        return std::ranges::any_of(given, [&](const auto& each) { return each.first->name == name; });
-    };
-    for (const auto& [one, other] : operation.needing)
-        if (one && is_given(one) && !is_given(other))
-            throw std::invalid_argument(text(one, ": is of no use without ", other));
+    if (const std::string wrong = wrong_together(operation, together, name_of); !wrong.empty())
+        throw std::invalid_argument(wrong);
     set_radius(bound, options.get(), given, camera);
 
     Call call(depth, camera, common.storage, common.device, common.ignore);
@@ -182,10 +179,10 @@ nb::object call_of(const Bound& bound, const nb::args& arguments, const nb::kwar
             *image = call.result(target, out.c_str(), shape.element, shape.layout);
     }
     call.run([&] {
-        if (lens)
+        if (bound.circle)
             operation.set(
                 made.get(), *bound.circle,
-                circle_for(completed(*lens, camera.file().lens, call.depth().camera.projection), call.depth()));
+                circle_for(completed(lens, camera.file().lens, call.depth().camera.projection), call.depth()));
         operation.run(made.get(), call.depth(), {});
     });
     if (alone)

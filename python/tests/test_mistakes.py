@@ -146,7 +146,7 @@ CALLS = {
         lambda d, c: fathom.dof(
             d, c, numpy.zeros((HEIGHT, WIDTH, 3), numpy.float32), circle=(1, 1), clean_plate_depth=d
         ),
-        "belong together",
+        ": is of no use without ",
     ),
     "a grey picture": (lambda d, c: fathom.fog(d, c, numpy.zeros((HEIGHT, WIDTH), numpy.float32), 0.1), "channels"),
     "a picture of float64": (

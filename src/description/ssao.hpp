@@ -29,8 +29,7 @@ void describe(const Visitor& v, Options& o) {
       "the quality chooses it for blocks where the radius covers many pixels");
     v("max_error", in<&MaxError::value>(o.sampling), above(0).or_infinite(),
       "rms error of visibility, instead of a quality: takes the fastest method whose measured error is at most this in "
-      "every scene of docs/performance.md",
-      "none");
+      "every scene of docs/performance.md");
     v("thickness", in<double>(o.thickness), from(0).or_infinite(),
       "how thick surfaces are along their rays, scene units. Infinity suits terrain and reliefs",
       "a quarter of the radius");
@@ -59,6 +58,7 @@ struct SsaoCall {
                                .summary = "Computes ambient occlusion: how much ambient light reaches each pixel.",
                                .arguments = {"radius"},
                                .group = "Occlusion",
+                               .needing = {{{"normals_space", {"normals"}}}},
                                .results = "Occlusion",
                                .first_alone = true};
 

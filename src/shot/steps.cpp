@@ -3,7 +3,6 @@
 
 #include "results.hpp"
 
-#include "camera_file/key_doubts.hpp"
 #include "io/exr/depth_channels.hpp"
 #include "io/floats_on_host.hpp"
 #include "io/formats.hpp"
@@ -301,7 +300,7 @@ void Steps::find_doubts(Work& work) const {
                           "(fathom inspect shows the depths that there are)"
                         : *refused);
     const cv::Size display = size_for(work.camera, work.depth.windows, work.picture_size);
-    work.camera_doubts = io::key_doubts(nlohmann::json::parse(work.camera.text), display.width, display.height);
+    work.camera_doubts = key_doubts(work.camera.text, display.width, display.height);
 }
 
 cv::Mat Steps::decoded(const Work& work, const cv::Mat& values, int first_row) const {

@@ -149,14 +149,12 @@ Picture blur(const DofArguments& options, const StoredDepth& stored, Loaded& fra
 
 void add_clean_plate_options(CLI::App& app, DofArguments& options) {
     const std::vector<description::Option> described = description::options_of(options.dof);
-    CLI::Option* clean_plate =
-        app.add_option("--clean-plate", options.clean_plate, described_words(described, "--clean-plate"))
-            ->type_name("IMAGE")
-            ->group("Picture");
+    app.add_option("--clean-plate", options.clean_plate, described_words(described, "--clean-plate"))
+        ->type_name("IMAGE")
+        ->group("Picture");
     app.add_option("--clean-plate-depth", options.clean_plate_depth,
                    described_words(described, "--clean-plate-depth", " (default: the clean plate's own file)"))
         ->type_name("DEPTH")
-        ->needs(clean_plate)
         ->group("Picture");
 }
 

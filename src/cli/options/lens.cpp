@@ -24,15 +24,6 @@ namespace {
 
 constexpr const char* group = "Lens";
 
-bool is_pixel(const std::vector<double>& values) {
-    const auto good = [](double n) { return n == std::floor(n) && std::abs(n) < 1e9; }; // negative in overscan
-    return values.size() >= 2 && good(values[0]) && good(values[1]);
-}
-
-LensArguments::Pixel pixel_of(const std::vector<double>& values) {
-    return {static_cast<int>(values[0]), static_cast<int>(values[1])};
-}
-
 // A pixel of the display window as one of the image.
 LensArguments::Pixel pixel_in(const Windows& windows, const LensArguments::Pixel& pixel, const char* option) {
     const auto& [data, display] = windows;
@@ -57,34 +48,14 @@ LensArguments within(const Windows& windows, LensArguments lens) {
 
 void add_lens_options(CLI::App& app, LensArguments& lens) {
     add_described_options(app, lens, group);
-    CLI::Option* focus = app.get_option("--focus");
-    CLI::Option* at = add_numbers_option(
-        app, "--focus-at", "X,Y", 2, is_pixel,
-        [&lens](const std::vector<double>& values) { lens.focus_at = pixel_of(values); },
-        "a pixel X,Y, two whole numbers",
-        "focus on the surface under this pixel, counted from the first\npixel of the image (EXR: of its display "
-        "window)");
-    CLI::Option* along = add_numbers_option(
-        app, "--focus-along", "X,Y,D", 3, [](const auto& values) { return is_pixel(values) && values[2] > 0; },
-        [&lens](const std::vector<double>& values) {
-            lens.focus_along = LensArguments::AlongRay{pixel_of(values), values[2]};
+    const std::vector<description::Option>& options = description::operation<description::DofCall>().options;
+    add_described_options(
+        app, {*std::ranges::find(options, description::Kind::lens, &description::Option::kind)},
+        [&lens](const description::Option&, const description::Value& value) {
+            const auto& circle = std::get<CircleOfConfusion>(value);
+            lens.circle = {static_cast<double>(circle.k), static_cast<double>(circle.g)};
         },
-        "a pixel and a distance X,Y,D", "focus on the depth of the point at distance D along a pixel's\nray");
-    CLI::Option* circle = add_numbers_option(
-        app, "--circle", "K,G", 2,
-        [](const auto& values) {
-            return std::ranges::all_of(values, [](double each) { return description::circle_numbers.holds(each); });
-        },
-        [&lens](const std::vector<double>& values) {
-            lens.circle = {values[0], values[1]};
-        },
-        "two numbers K,G " + description::circle_numbers.limits(),
-        described_words(description::operation<description::DofCall>().options, "--circle"));
-    at->excludes(focus)->group(group);
-    along->excludes(focus)->excludes(at)->group(group);
-    circle->group(group);
-    for (const char* other : {"--focus", "--focus-at", "--focus-along", "--f-stop", "--focal-length-mm", "--sensor-mm"})
-        circle->excludes(other);
+        group, {});
 }
 
 void complete(LensArguments& lens, const CameraOption& camera) {
