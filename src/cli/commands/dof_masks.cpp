@@ -111,10 +111,10 @@ std::vector<Result> more_masks_of(const DofMasksArguments& options, const Stored
 std::function<int()> configure_dof_masks(CLI::App& app) {
     const auto options = std::make_shared<DofMasksArguments>();
     add_depth_options(app, *options, {.extensions = {".exr", ".tif", ".pfm", ".npy", ".png"}, .channels = channels});
-    add_picture_options(app, options->picture, "a picture whose size and edges the masks are to have");
-    app.get_option("--color")->required(false);
     add_lens_options(app, options->lens);
     add_described_options(app, options->masks, described_masks.group);
+    add_picture_options(app, options->picture, "a picture whose size and edges the masks are to have");
+    app.get_option("--color")->required(false);
     app.add_option_function<std::string>(
            "--mask",
            [options](const std::string& name) {
@@ -143,8 +143,12 @@ std::function<int()> configure_dof_masks(CLI::App& app) {
         }
         description::DofMasksCall asked{.options = options->masks};
         more.outputs = outputs_of(described_masks, &asked, options->more);
-        // The extremes of tiles have rows of their own.
-        if (const DofMasksOptions& o = asked.options; !options->lens.focus_at && !o.tile_min_coc && !o.tile_max_coc) {
+        const DofMasksOptions& o = asked.options;
+        more.whole = options->lens.focus_at ? "--focus-at"
+                     : o.tile_min_coc       ? "--tile-min-coc" // the extremes of tiles have rows of their own
+                     : o.tile_max_coc       ? "--tile-max-coc"
+                                            : "";
+        if (more.whole.empty()) {
             more.looks_first = o.max_near_coc || o.near_alpha || o.disocclusion;
             more.reach = [options](const Tile& tile, const Look& look, const Job& job) {
                 description::DofMasksCall call{.options = options->masks};

@@ -213,7 +213,10 @@ std::function<int()> configure_ssao(CLI::App& app) {
         }
         more.outputs = outputs_of(described_ssao, static_cast<description::SsaoCall*>(options.get()), options->more);
         more.read = [options](const Job& job) { return read_images(*options, job); };
-        if (more.companions.empty() && !options->options.region) {
+        more.whole = !more.companions.empty() ? more.companions.front().option
+                     : options->options.region ? "--region"
+                                               : "";
+        if (more.whole.empty()) {
             more.looks_first = true;
             more.reach = [options](const Tile& tile, const Look& look, const Job& job) {
                 return look.surfaces() == 0
