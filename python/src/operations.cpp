@@ -7,6 +7,7 @@
 #include "unlocked.hpp"
 
 #include "description/as_json.hpp"
+#include "description/photograph.hpp"
 #include "text.hpp"
 
 #include <fathom/lens_arguments.hpp>
@@ -236,24 +237,27 @@ const Bound& bound(const description::Operation& operation) {
     return made;
 }
 
-nb::object fill_invalid_of(const Pixels& depth, const CameraObject& camera, const Pixels& ignore,
-                           const Word<Storage>& storage, const Target& out, const DeviceOption& device) {
-    Call call(depth, camera, storage, device, ignore);
+// Depth of which `move(depth, result)` makes other depth.
+template <typename Move>
+nb::object moved(Call& call, const Target& out, const Move& move) {
     const Image& image = call.depth().image;
     const Image result =
         call.result(out.given, "out", image.element(), {image.width(), image.height(), image.channels()});
-    call.run([&] { fill_invalid(call.depth(), result); });
+    call.run([&] { move(call.depth(), result); });
     return call.take();
+}
+
+nb::object fill_invalid_of(const Pixels& depth, const CameraObject& camera, const Pixels& ignore,
+                           const Word<Storage>& storage, const Target& out, const DeviceOption& device) {
+    Call call(depth, camera, storage, device, ignore);
+    return moved(call, out, [](const StoredDepth& stored, const Image& result) { fill_invalid(stored, result); });
 }
 
 nb::object grow_foreground_of(const Pixels& depth, const CameraObject& camera, int pixels, const Pixels& ignore,
                               const Word<Storage>& storage, const Target& out, const DeviceOption& device) {
     Call call(depth, camera, storage, device, ignore);
-    const Image& image = call.depth().image;
-    const Image result =
-        call.result(out.given, "out", image.element(), {image.width(), image.height(), image.channels()});
-    call.run([&] { grow_foreground(call.depth(), result, pixels); });
-    return call.take();
+    return moved(call, out,
+                 [=](const StoredDepth& stored, const Image& result) { grow_foreground(stored, result, pixels); });
 }
 
 double depth_at_of(const Pixels& depth, const CameraObject& camera, int x, int y, const Word<Storage>& storage,
@@ -264,9 +268,9 @@ double depth_at_of(const Pixels& depth, const CameraObject& camera, int x, int y
     return z;
 }
 
-nb::object restore_highlights_of(const Pixels& color, double peak) {
+nb::object restore_highlights_of(const Pixels& color, double highlights) {
     auto [light, layout] = floats_of(color, "color");
-    restore_highlights(light, layout.channels, peak);
+    restore_highlights(light, layout.channels, highlights);
     float* made = nullptr;
     nb::object result = new_floats(layout, made);
     std::ranges::copy(light, made);
@@ -316,7 +320,7 @@ Returns an array of the shape and dtype of depth.)";
 constexpr const char* grow_foreground_text =
     R"(Stored depth whose near surfaces are larger by some pixels, for a blur where depth is soft or lies beside its picture's edges.
 
-Each pixel takes the value of the nearest surface that is at most so many pixels away, 0 to 16. One is best for the depth of
+Each pixel takes the value of the nearest surface that is at most so many pixels away. One is best for the depth of
 neural networks. Invalid pixels stay invalid.
 
 Returns an array of the shape and dtype of depth.)";
@@ -329,7 +333,7 @@ Raises ValueError for a pixel outside the image, or that is invalid.)";
 constexpr const char* restore_highlights_text =
     R"(A picture whose white is brighter, which a file of integers has cut off.
 
-color: (H, W, 3) or (H, W, 4) float32, linear light from 0 to 1. Light from 0.97 on grows smoothly, to peak times of itself at 1,
+color: (H, W, 3) or (H, W, 4) float32, linear light from 0 to 1. Light from 0.97 on grows smoothly, to highlights times of itself at 1,
 so that a blur shows lamps as bright discs. Two channels have to be that bright, or one of a saturated colour: pale surfaces
 stay as they are. Try 1.05 for a JPEG.
 
@@ -362,7 +366,8 @@ void bind_operations(nb::module_& module) {
     }
     add(signature_of("fill_invalid", fill_invalid_text), fill_invalid_of, arg("depth"), arg("camera"), nb::kw_only(),
         arg("ignore") = nb::none(), arg("storage") = nb::none(), arg("out") = nb::none(), arg("device") = nb::none());
-    Signature grown = signature_of("grow_foreground", grow_foreground_text);
+    Signature grown = signature_of(
+        "grow_foreground", text(grow_foreground_text, "\n\npixels: ", description::grown_pixels.limits(), ".").c_str());
     grown.arguments.push_back({"pixels", "int", false});
     add(grown, grow_foreground_of, arg("depth"), arg("camera"), arg("pixels"), nb::kw_only(),
         arg("ignore") = nb::none(), arg("storage") = nb::none(), arg("out") = nb::none(), arg("device") = nb::none());
@@ -371,8 +376,8 @@ void bind_operations(nb::module_& module) {
     module.def("_stub", [signatures] { return stub_of(signatures); });
     module.def("depth_at", depth_at_of, arg("depth"), arg("camera"), arg("x"), arg("y"), nb::kw_only(),
                arg("storage") = nb::none(), arg("device") = nb::none(), depth_at_text);
-    module.def("restore_highlights", restore_highlights_of, arg("color"), arg("peak"), restore_highlights_text,
-               nb::sig("def restore_highlights(color: fathom._operations.Array | Image, peak: float) -> "
+    module.def("restore_highlights", restore_highlights_of, arg("color"), arg("highlights"), restore_highlights_text,
+               nb::sig("def restore_highlights(color: fathom._operations.Array | Image, highlights: float) -> "
                        "fathom._operations.NumpyArray"));
     module.def(
         "upsample_along_edges", upsample_along_edges_of, arg("depth"), arg("color"), upsample_along_edges_text,

@@ -212,7 +212,7 @@ CALLS = {
     "invalid": (lambda d, c: fathom.depth_at(d, c, 0, 0), "is invalid"),
     "a peak below white": (
         lambda d, c: fathom.restore_highlights(numpy.zeros((2, 2, 3), numpy.float32), 0.5),
-        "peak = 0.5 must be finite and 1 or greater",
+        "highlights = 0.5 must be a number from 1",
     ),
     "light of bytes": (
         lambda d, c: fathom.restore_highlights(numpy.zeros((2, 2, 3), numpy.uint8), 2),

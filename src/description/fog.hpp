@@ -11,7 +11,7 @@ template <typename Visitor, Is<FogOptions> Options>
 void describe(const Visitor& v, Options& o) {
     v("density", o.density, from(0), "fraction of the light lost per scene unit, over a short way");
     v("fog_color", o.fog_color, Kind::color,
-      "colour of the fog in linear light and in the picture's order of channels: R, G, B in files, B, G, R in OpenCV");
+      "colour of the fog in linear light, in the order of the picture's channels");
     v("start", o.start, from(0), "distance along the ray at which the fog begins, scene units");
     v("max_opacity", o.max_opacity, between(0, 1), "no pixel is fogged more than this");
     v("height_falloff", o.height_falloff, from(0),

@@ -13,7 +13,7 @@ void describe(const Visitor& v, Options& o) {
     v("method", in<NormalMethod>(o.method), {"automatic", "neighbours", "least-squares"},
       "how slopes are found: from neighbours on the same surface, or from a plane fitted to a window, for quantised "
       "depth (least-squares). automatic fits for depth of 16 bits and fewer and for noise");
-    v("max_error", in<&MaxError::value>(o.method), above(0).or_infinite(),
+    v("max_error", in<&MaxError::value>(o.method), tolerated_error,
       "mean error in degrees, instead of a method: takes the fastest method whose measured error is at most this in "
       "every scene of docs/performance.md");
     v("noise", o.noise, from_to_less_than(0, 1),

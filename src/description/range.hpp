@@ -134,10 +134,12 @@ inline bool is_three(Kind kind) {
     return kind >= Kind::point && kind <= Kind::direction;
 }
 
+/// Of a tolerance, instead of a way to compute something.
+inline constexpr Range tolerated_error = above(0).or_infinite();
 /// Of a circle's k and g.
 inline constexpr Range circle_numbers = from(0);
 /// Of a distance along a pixel's ray.
-inline constexpr Range ray_distance = above(0);
+inline constexpr Range ray_distance = above(0).or_infinite();
 
 /// What will do for an option that is no number and no choice.
 inline std::string in_words(Kind kind) {
