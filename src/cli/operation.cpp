@@ -50,14 +50,14 @@ void add_options(CLI::App& app, const description::Operation& operation, Argumen
         operation.set(arguments.call.get(), option, value);
     };
     for (const Option& option : operation.options) {
-        if (option.kind == Kind::picture) {
+        if (option.kind == Kind::picture)
             arguments.color = &option;
-            add_picture_options(app, arguments.picture, option.words);
-        }
         if (option.kind == Kind::color)
             set(option, option.by_default.value());
     }
     add_described_options(app, operation.options, set, operation.group, {});
+    if (arguments.color)
+        add_picture_options(app, arguments.picture, arguments.color->words);
     add_result_options(app, operation, arguments.files);
     if (measured(operation.name))
         add_explain(app, arguments.explain, operation.group);

@@ -22,8 +22,6 @@ using description::Kind;
 using description::Option;
 using description::Value;
 
-constexpr std::size_t help_columns = 66; // of an option's meaning
-
 std::optional<Value> read(const Option& option, const std::string& text) {
     if (double number = 0; option.kind == Kind::number && CLI::detail::lexical_cast(text, number))
         return number;
@@ -85,24 +83,11 @@ std::string refusal(const Options& options, const std::string& text) {
                        is_number ? option.range.instead_of(number) : option.accepted());
 }
 
-std::string wrapped(const std::string& text) {
-    std::string lines;
-    std::size_t column = 0;
-    for (const std::string& word : CLI::detail::split(text, ' ')) {
-        const bool fits = column + 1 + word.size() <= help_columns;
-        lines += column == 0 ? "" : fits ? " " : "\n";
-        column = column > 0 && fits ? column + 1 + word.size() : word.size();
-        lines += word;
-    }
-    return lines;
-}
-
 std::string meaning(const Option& option) {
     std::string more = option.kind == Kind::number ? option.range.limits() : "";
     if (!option.required)
         more += (more.empty() ? "default: " : "; default: ") + option.default_in_words();
-    const std::string text = more.empty() ? option.words : fmt::format("{} ({})", option.words, more);
-    return wrapped(text);
+    return more.empty() ? option.words : fmt::format("{} ({})", option.words, more);
 }
 
 CLI::Option* add(CLI::App& app, const Options& options, const SetOption& set) {
@@ -112,7 +97,7 @@ CLI::Option* add(CLI::App& app, const Options& options, const SetOption& set) {
     for (const Option& one : options) {
         types += (types.empty() ? "" : "|") + type_name(one);
         if (&one != &option)
-            words += "\n" + wrapped(fmt::format("{}: {}", type_name(one), one.words));
+            words += fmt::format("\n{}: {}", type_name(one), one.words);
     }
     if (option.kind == Kind::flag)
         return app.add_flag_callback(
@@ -196,7 +181,7 @@ void check_together(const CLI::App& app, const description::Operation& operation
 
 std::string described_words(const std::vector<Option>& options, const std::string& option, const std::string& more) {
     const auto its = std::ranges::find_if(options, [&](const Option& one) { return spelled(one) == option; });
-    return wrapped(its->words + more);
+    return its->words + more;
 }
 
 void add_result_options(CLI::App& app, const description::Operation& operation,
@@ -206,7 +191,7 @@ void add_result_options(CLI::App& app, const description::Operation& operation,
             app.add_option_function<std::string>(
                    spelled(option.name),
                    [&files, name = std::string(option.name)](const std::string& file) { files[name] = file; },
-                   wrapped(fmt::format("also write {}", option.words)))
+                   fmt::format("also write {}", option.words))
                 ->type_name("FILE")
                 ->group("Output");
 }
