@@ -79,7 +79,8 @@ std::string refusal(const Options& options, const std::string& text) {
         return fmt::format("'{}' is unknown; it is {}", text, option.accepted());
     double number = 0;
     const bool is_number = option.kind == Kind::number && CLI::detail::lexical_cast(text, number);
-    return fmt::format("'{}' will not do; it is {}", text,
+    const bool has_parts = option.kind >= Kind::point && option.kind <= Kind::lens;
+    return fmt::format("'{}' will not do; it is {}{}", text, has_parts ? type_name(option) + ": " : "",
                        is_number ? option.range.instead_of(number) : option.accepted());
 }
 

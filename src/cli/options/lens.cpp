@@ -13,11 +13,13 @@
 #include <fathom/dof_masks.hpp>
 #include <fathom/error.hpp>
 #include <fathom/io.hpp>
+#include <fathom/linearize.hpp>
 
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
+#include <optional>
+#include <utility>
 
 namespace fathom::cli {
 namespace {
@@ -35,8 +37,6 @@ LensArguments::Pixel pixel_in(const Windows& windows, const LensArguments::Pixel
 
 // The lens for an image's own pixels and its part of the sensor.
 LensArguments within(const Windows& windows, LensArguments lens) {
-    if (lens.focus_at)
-        lens.focus_at = pixel_in(windows, *lens.focus_at, "--focus-at");
     if (lens.focus_along)
         lens.focus_along->pixel = pixel_in(windows, lens.focus_along->pixel, "--focus-along");
     if (lens.sensor_mm && windows.data.width != windows.display.width)
@@ -78,20 +78,21 @@ LensWords lens_words(const std::string& camera) {
     return {.camera = camera, .option = [](const std::string& option) { return spelled(option); }};
 }
 
+double depth_under(const LensArguments::Pixel& pixel, const StoredDepth& stored, const Windows& windows) {
+    const auto [x, y] = pixel_in(windows, pixel, "--focus-at");
+    try {
+        return depth_at(stored, x, y);
+    } catch (const std::invalid_argument&) {
+        throw Error(fmt::format("--focus-at: pixel {},{} is invalid; choose one that has a depth", pixel.x, pixel.y));
+    }
+}
+
 CircleOfConfusion circle_for(const LensArguments& given, const StoredDepth& stored, const Windows& windows) {
     if (given.circle)
         return fathom::circle_for(given, stored);
     LensArguments lens = within(windows, given);
-    if (lens.focus_at) {
-        try {
-            lens.focus = focus_of(lens, stored);
-        } catch (const std::invalid_argument&) {
-            throw Error(fmt::format("--focus-at: pixel {},{} is invalid; choose one that has a depth, or say the "
-                                    "depth with --focus",
-                                    given.focus_at->x, given.focus_at->y));
-        }
-        lens.focus_at.reset();
-    }
+    if (const auto pixel = std::exchange(lens.focus_at, std::nullopt))
+        lens.focus = depth_under(*pixel, stored, windows);
     try {
         return fathom::circle_for(lens, stored);
     } catch (const std::invalid_argument& error) { // of the lens, not of the camera file
