@@ -125,9 +125,10 @@ TEST_CASE("program: an option that needs the whole image is refused where --memo
     CHECK(folder.results().empty());
     // With room for it, without --memory, and where the image is small whatever it says, nothing changes.
     const auto done = [&](const std::string& file, const Arguments& more) {
-        check_done(joined(joined({"ssao", file, "-o", out, "--radius", "0.01", "--region", "0,0,9,9", "--camera", camera},
-                                 {"--quality", "fast"}),
-                          more));
+        check_done(
+            joined(joined({"ssao", file, "-o", out, "--radius", "0.01", "--region", "0,0,9,9", "--camera", camera},
+                          {"--quality", "fast"}),
+                   more));
     };
     done(depth, {"--memory", "1G"});
     done(depth, {});

@@ -281,9 +281,9 @@ HeldArray::~HeldArray() {
 }
 
 HostDepth HostImage::depth(Storage storage) const {
-    const std::size_t row =
-        layout.row_stride > 0 ? layout.row_stride
-                              : static_cast<std::size_t>(layout.width) * static_cast<std::size_t>(layout.channels);
+    const std::size_t row = layout.row_stride > 0
+                                ? layout.row_stride
+                                : static_cast<std::size_t>(layout.width) * static_cast<std::size_t>(layout.channels);
     return {data, layout.width, layout.height, row * element_bytes(element), storage};
 }
 

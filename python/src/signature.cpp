@@ -27,8 +27,7 @@ part of a name. If depth is a fathom.Image, the result is one, too, and nothing 
 
 Raises ValueError for bad arguments, fathom.Error for a camera of another size and from the device; NoDevice without one.)";
 
-constexpr const char* lens_text =
-    "What is missing of the lens comes from the camera.\n";
+constexpr const char* lens_text = "What is missing of the lens comes from the camera.\n";
 
 constexpr const char* stub_head =
     R"(from typing import Any, Generic, Literal, NamedTuple, Protocol, TypeVar, Union, overload
@@ -143,8 +142,7 @@ Signature signature_of(const Operation& operation) {
         if (!all.empty() && all.back().name == option.name)
             all.back().type += " | " + annotation(option);
         else
-            all.push_back({option.name, annotation(option), !option.required,
-                           option.kind == Kind::result});
+            all.push_back({option.name, annotation(option), !option.required, option.kind == Kind::result});
     }
     const std::string doc = text(operation.summary, "\n\n", words_of(options), operation.lens.empty() ? "" : lens_text,
                                  "\n", words_of_results(operation));

@@ -3,9 +3,9 @@
 // with d the difference of colour between the pixel and the part of the picture that is q's. Kopf, Cohen, Lischinski and
 // Uyttendaele 2007, eq. 2; the picture is not upsampled here, so each q has a mean colour.
 
+#include "description/photograph.hpp"
 #include "camera/edge_upsampling.hpp"
 #include "description/check.hpp"
-#include "description/photograph.hpp"
 #include "require.hpp"
 
 #include <algorithm>
@@ -144,8 +144,8 @@ void restore_highlights_of(float* pixels, std::size_t count, int channels, doubl
         // A lamp that is brighter than white clips all channels, unless its colour is saturated. With one or two at white it is else a
         // pale surface or the sky, whose other channels say how bright it is.
         const double colored = std::clamp((pale - least / most) / (pale - saturated), 0.0, 1.0) * white(most, from);
-        const auto gain =
-            static_cast<float>(1 + (highlights - 1) * std::max(std::min(white(middle, from), white(least, nearly)), colored));
+        const auto gain = static_cast<float>(
+            1 + (highlights - 1) * std::max(std::min(white(middle, from), white(least, nearly)), colored));
         for (int c = 0; c < 3; ++c)
             pixel[c] *= gain;
     }

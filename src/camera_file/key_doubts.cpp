@@ -38,7 +38,8 @@ void doubt_perspective(const json& own, double width, double height, std::vector
 }
 
 void doubt_intrinsics(const json& own, bool from_centre, double width, double height, std::vector<std::string>& said) {
-    const auto fx = number_of(own, "fx"), fy = number_of(own, "fy"), cx = number_of(own, "cx"), cy = number_of(own, "cy");
+    const auto fx = number_of(own, "fx"), fy = number_of(own, "fy"), cx = number_of(own, "cx"),
+               cy = number_of(own, "cy");
     if (!fx || !fy || !cx || !cy)
         return;
     constexpr double widest = 11.4; // tan(85 degrees): 170 degrees and more

@@ -17,14 +17,15 @@ struct Row {
     std::string term, meaning;
 };
 
-// The lines of a meaning, too long ones broken, below each other.
+// The words of a meaning in lines of one width.
 std::string below_each_other(const std::string& meaning, std::size_t indent) {
     constexpr std::size_t most = 66;
     const std::string next = '\n' + std::string(indent, ' ');
     std::string text;
-    for (const std::string& line : CLI::detail::split(meaning, '\n')) {
+    for (std::string line : CLI::detail::split(meaning, new_line)) {
         text += text.empty() ? "" : next;
         std::size_t column = 0;
+        std::ranges::replace(line, '\n', ' ');
         for (const std::string& word : CLI::detail::split(line, ' ')) {
             const bool fits = column + 1 + word.size() <= most;
             text += column == 0 ? "" : fits ? " " : next;

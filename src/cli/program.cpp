@@ -75,7 +75,8 @@ Program::Program()
             add((*command)->name, (*command)->summary, (*command)->notes, (*command)->configure, &operation);
             own.erase(command);
         } else {
-            add(name.c_str(), operation.summary, operation.notes,
+            add(
+                name.c_str(), operation.summary, operation.notes,
                 [&](CLI::App& app) { return configure_operation(app, operation); }, &operation);
         }
     }

@@ -12,9 +12,9 @@
 namespace fathom::description {
 
 inline const char* to_string(Kind kind) {
-    static constexpr const char* names[] = {"number",     "choice", "flag",   "three numbers", "color",
-                                            "direction",  "pixel",  "ray",    "lens",          "result",
-                                            "picture",    "directions", "lengths", "depth",    "region"};
+    static constexpr const char* names[] = {"number",    "choice",     "flag",    "three numbers", "color",
+                                            "direction", "pixel",      "ray",     "lens",          "result",
+                                            "picture",   "directions", "lengths", "depth",         "region"};
     return names[static_cast<std::size_t>(kind)];
 }
 

@@ -14,7 +14,7 @@ void describe(const Visitor& v, Options& o) {
     v("transition_px", o.transition_px, from(0), "circles larger by this are not in focus at all, pixels");
     v("sky", o.sky, {"blur", "sharp", "exclude"}, sky_words);
     v("max_coc_px", o.max_coc_px, above(0).or_infinite(),
-      "largest circle of confusion, on either side of the focus, pixels. Wider ones are set to it");
+      "max CoC, on either side of the focus, pixels. Wider circles are set to it");
     v("near_weight", o.near_weight, a_result);
     v("focus_weight", o.focus_weight, a_result);
     v("far_weight", o.far_weight, a_result);

@@ -26,7 +26,8 @@ void describe(const Visitor& v, Arguments& lens) {
       "\"focus_distance\" of the camera file");
     v("focus_at", lens.focus_at, Kind::pixel,
       "focus on the surface under this pixel, counted from the first pixel of the image (EXR: of its display window)");
-    v("focus_along", lens.focus_along, Kind::ray, "focus on the depth of the point at this distance along a pixel's ray");
+    v("focus_along", lens.focus_along, Kind::ray,
+      "focus on the depth of the point at this distance along a pixel's ray");
     describe_optics(v, lens);
 }
 

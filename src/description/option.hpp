@@ -54,9 +54,7 @@ struct Option {
 
     /// What will do: "a number above 0", "blur or sharp".
     std::string accepted() const {
-        return kind == Kind::number   ? range.in_words()
-               : kind == Kind::choice ? in_words(choices)
-                                      : in_words(kind);
+        return kind == Kind::number ? range.in_words() : kind == Kind::choice ? in_words(choices) : in_words(kind);
     }
 
     bool accepts(const Value& value) const {
@@ -151,8 +149,8 @@ private:
             field = static_cast<Field>(std::get<std::size_t>(value));
         else if constexpr (std::is_empty_v<Field>)
             return; // it has one value
-        else if constexpr (is_any_of<Field, double, bool, LensArguments::Pixel, LensArguments::AlongRay, Image, StoredDepth,
-                                     Region, CircleOfConfusion>)
+        else if constexpr (is_any_of<Field, double, bool, LensArguments::Pixel, LensArguments::AlongRay, Image,
+                                     StoredDepth, Region, CircleOfConfusion>)
             field = std::get<Field>(value);
         else if constexpr (std::is_arithmetic_v<Field>)
             field = static_cast<Field>(std::get<double>(value));

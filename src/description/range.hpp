@@ -119,9 +119,9 @@ enum class Kind {
     color,     ///< the same, red first
     direction, ///< the same, not all of them 0
     pixel,
-    ray,    ///< a pixel and a distance along its ray
-    lens,   ///< a circle of confusion, or the lens that makes one
-    result, ///< a flag that asks for a result of this name
+    ray,        ///< a pixel and a distance along its ray
+    lens,       ///< a circle of confusion, or the lens that makes one
+    result,     ///< a flag that asks for a result of this name
     picture,    ///< 3 or 4 channels
     directions, ///< an image of 3 or 4 floats a pixel
     lengths,    ///< an image of one float a pixel

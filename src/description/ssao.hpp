@@ -44,7 +44,8 @@ void describe(const Visitor& v, Options& o) {
       "open: nothing lies outside the image; clamp: the pixels of its border repeat there");
     v("tolerance", o.tolerance, above(0),
       "how far depth may be off, in half steps of its storage. Raise it for a noisy sensor");
-    v("seed", o.seed, whole(0, 4294967295.0), "another number gives another pattern of jitter, as frames need that are averaged");
+    v("seed", o.seed, whole(0, 4294967295.0),
+      "another number gives another pattern of jitter, as frames need that are averaged");
     v("normals", o.normals, Kind::directions, "normals of unit length, which nobody checks", "from the depth");
     v("normals_space", o.normals_space, {"view", "world"},
       "axes of the normals that are given: the camera's or the world's, which need the camera's view matrix");

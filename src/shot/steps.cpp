@@ -154,7 +154,8 @@ void Steps::load(Work& work) const {
         work.picture = more_.picture_rows(job);
     if (work.rows && more_.picture && !work.picture)
         check_fits(job, more_.companions[*more_.picture].option + ' ' + job.companions[*more_.picture].native(),
-                   "save it as .exr or .tif", row_bytes(work.rows->size().width, true) * static_cast<std::size_t>(work.rows->size().height));
+                   "save it as .exr or .tif",
+                   row_bytes(work.rows->size().width, true) * static_cast<std::size_t>(work.rows->size().height));
     if (!work.picture)
         frame.images = later([&] { return more_.read ? more_.read(job) : Images{}; });
     work.picture_size = picture_size(work);

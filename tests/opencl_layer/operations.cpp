@@ -219,7 +219,8 @@ Operation with_inputs(std::string name, Run run) {
 
 /// A call of an operation as it is described, with what it needs, and with every result if that is asked for.
 Operation described(const description::Operation& operation, bool every_result) {
-    return {operation.name + std::string(every_result ? ", every result" : ""), [&operation, every_result](const Device& device) {
+    return {operation.name + std::string(every_result ? ", every result" : ""),
+            [&operation, every_result](const Device& device) {
                 const Inputs in(device);
                 const std::shared_ptr<void> call = operation.make(nullptr);
                 for (const description::Option& option : operation.options)

@@ -34,7 +34,8 @@ const description::Operation& described_masks = description::operation<descripti
 // The results that go into one file: the circle, and those that have no option. A mask alone is one of them.
 std::vector<description::Result> in_one_file(description::DofMasksCall& call, std::optional<std::size_t> mask) {
     std::vector<description::Result> all = described_masks.results_of(&call, {});
-    std::erase_if(all, [](const description::Result& result) { return !result.wanted && !spelled(result.name).empty(); });
+    std::erase_if(all,
+                  [](const description::Result& result) { return !result.wanted && !spelled(result.name).empty(); });
     for (std::size_t i = 1; i < all.size(); ++i)
         for (const description::Option& option : described_masks.options)
             if (option.name == std::string_view(all[i].name))

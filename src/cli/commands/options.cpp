@@ -24,8 +24,7 @@ void print_operations(bool in_json) {
         for (const std::vector<description::Option>* listed : {&operation.lens, &operation.options})
             for (const description::Option& option : *listed)
                 fmt::print("    {:<18} {:<20} {}; {}; {}\n", option.name, spelled(option), option.words,
-                           option.accepted(),
-                           option.required ? "required" : "default: " + option.default_in_words());
+                           option.accepted(), option.required ? "required" : "default: " + option.default_in_words());
     }
     if (in_json)
         print_json({{"version", FATHOM_VERSION}, {"operations", json}});
@@ -45,7 +44,10 @@ std::function<int()> configure_options(CLI::App& app) {
 extern const Command options_command{
     .name = "options",
     .summary = "Lists the options of each operation: what they accept, and what they are by default.",
-    .notes = R"(Each option is shown as C++ and Python name it, then as the program spells it, unless a file says it there.
+    .notes =
+        R"(Each option is shown as C++ and Python name it, then as the program spells it, unless a file says it there.
+With --json a default is a number, a word, yes or no, or a list; default_words has it in words. An option is of no use
+without one of those that it needs (space=world is one with this value), and refused beside one that it excludes.
 
 Example:
   fathom options --json)",

@@ -165,9 +165,10 @@ std::function<int()> configure_ssao(CLI::App& app) {
     const Product visibility = product_of(described_ssao, described_ssao.results_of(&call, {}).front());
     add_depth_options(app, *options, visibility);
     add_occlusion_options(app, *options);
-    app.add_option("--normals", options->normals,
-                   described_words(described_ssao.options, "--normals",
-                                   ", as `fathom normals` writes them: EXR, PNG, TIFF or PFM (default: from the depth)"))
+    app.add_option(
+           "--normals", options->normals,
+           described_words(described_ssao.options, "--normals",
+                           ", as `fathom normals` writes them: EXR, PNG, TIFF or PFM (default: from the depth)"))
         ->type_name("FILE")
         ->group("Input");
     app.add_option("--thickness-map", options->thickness_map,
@@ -213,7 +214,7 @@ std::function<int()> configure_ssao(CLI::App& app) {
         }
         more.outputs = outputs_of(described_ssao, static_cast<description::SsaoCall*>(options.get()), options->more);
         more.read = [options](const Job& job) { return read_images(*options, job); };
-        more.whole = !more.companions.empty() ? more.companions.front().option
+        more.whole = !more.companions.empty()  ? more.companions.front().option
                      : options->options.region ? "--region"
                                                : "";
         if (more.whole.empty()) {

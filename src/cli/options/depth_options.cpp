@@ -77,7 +77,9 @@ CLI::Option* add_numbers_option(CLI::App& app, const char* name, const char* for
     const auto check = [=](std::string& text) {
         const std::vector<double> values = numbers_in(text, count);
         const auto is_finite = [](double value) { return std::isfinite(value); };
-        return !values.empty() && std::ranges::all_of(values, is_finite) && accepted(values) ? std::string() : "'" + text + "' will not do; it is " + what;
+        return !values.empty() && std::ranges::all_of(values, is_finite) && accepted(values)
+                   ? std::string()
+                   : "'" + text + "' will not do; it is " + what;
     };
     return app
         .add_option_function<std::string>(

@@ -3,6 +3,8 @@
 
 #include "depth_options.hpp"
 
+#include "cli/help.hpp"
+
 #include "terminal/exit.hpp"
 
 #include <CLI/CLI.hpp>
@@ -30,7 +32,9 @@ std::optional<Value> read(const Option& option, const std::string& text) {
         if (found != option.choices.end())
             return static_cast<std::size_t>(found - option.choices.begin());
     }
-    const auto numbers = [&](std::size_t count) { return numbers_in(text, count); }; // none where they are no such numbers
+    const auto numbers = [&](std::size_t count) {
+        return numbers_in(text, count);
+    }; // none where they are no such numbers
     if (is_three(option.kind)) {
         if (const auto n = numbers(3); !n.empty())
             return std::array{n[0], n[1], n[2]};
@@ -59,9 +63,9 @@ const Option* option_for(const Options& options, const std::string& text) {
 }
 
 std::string type_name(const Option& option) {
-    static const std::map<Kind, const char*> types{{Kind::point, "X,Y,Z"}, {Kind::color, "R,G,B"},
+    static const std::map<Kind, const char*> types{{Kind::point, "X,Y,Z"},     {Kind::color, "R,G,B"},
                                                    {Kind::direction, "X,Y,Z"}, {Kind::pixel, "X,Y"},
-                                                   {Kind::ray, "X,Y,D"}, {Kind::lens, "K,G"}};
+                                                   {Kind::ray, "X,Y,D"},       {Kind::lens, "K,G"}};
     if (option.kind == Kind::choice)
         return fmt::format("{}", fmt::join(option.choices, "|"));
     if (const auto type = types.find(option.kind); type != types.end())
@@ -98,7 +102,7 @@ CLI::Option* add(CLI::App& app, const Options& options, const SetOption& set) {
     for (const Option& one : options) {
         types += (types.empty() ? "" : "|") + type_name(one);
         if (&one != &option)
-            words += fmt::format("\n{}: {}", type_name(one), one.words);
+            words += fmt::format("{}{}: {}", new_line, type_name(one), one.words);
     }
     if (option.kind == Kind::flag)
         return app.add_flag_callback(
@@ -174,8 +178,7 @@ void check_together(const CLI::App& app, const description::Operation& operation
                 if (const auto value = parse(option, app.get_option(name)->as<std::string>()))
                     given.back().choice = std::get<std::size_t>(*value);
         }
-    const std::string wrong =
-        wrong_together(operation, given, [](const Option& option) { return spelled(option); });
+    const std::string wrong = wrong_together(operation, given, [](const Option& option) { return spelled(option); });
     if (!wrong.empty())
         throw UsageError(wrong);
 }

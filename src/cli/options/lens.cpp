@@ -49,13 +49,12 @@ LensArguments within(const Windows& windows, LensArguments lens) {
 void add_lens_options(CLI::App& app, LensArguments& lens) {
     add_described_options(app, lens, group);
     const std::vector<description::Option>& options = description::operation<description::DofCall>().options;
-    add_described_options(
-        app, {*std::ranges::find(options, description::Kind::lens, &description::Option::kind)},
-        [&lens](const description::Option&, const description::Value& value) {
-            const auto& circle = std::get<CircleOfConfusion>(value);
-            lens.circle = {static_cast<double>(circle.k), static_cast<double>(circle.g)};
-        },
-        group, {});
+    add_described_options(app, {*std::ranges::find(options, description::Kind::lens, &description::Option::kind)},
+                          [&lens](const description::Option&, const description::Value& value) {
+                              const auto& circle = std::get<CircleOfConfusion>(value);
+                              lens.circle = {static_cast<double>(circle.k), static_cast<double>(circle.g)};
+                          },
+                          group, {});
 }
 
 void complete(LensArguments& lens, const CameraOption& camera) {

@@ -166,9 +166,8 @@ std::optional<Viewed> from_record(const fs::path& file, io::Bytes bytes, const c
     try {
         const nlohmann::json options = record.value("options", nlohmann::json::object());
         const std::string command = record.value("command", "");
-        const auto operation = std::ranges::find(description::operations(), command, [](const auto& each) {
-            return spelled(each.name).substr(2);
-        });
+        const auto operation = std::ranges::find(description::operations(), command,
+                                                 [](const auto& each) { return spelled(each.name).substr(2); });
         if (operation == description::operations().end())
             return std::nullopt;
         const std::shared_ptr<void> call = operation->make(nullptr);
