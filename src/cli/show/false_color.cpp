@@ -34,48 +34,49 @@ constexpr double infinity = std::numeric_limits<double>::infinity();
 
 using description::Content;
 
-// What a channel of the program's own results holds.
-struct Known {
-    std::string channel;
-    Content content;
-};
-
-// Of positions the last channel, the depth, says most; directions and light are no values.
-void append(std::vector<Known>& known, const description::Result& result) {
-    const std::string channels = result.content.channels, channel = channels.substr(channels.rfind(' ') + 1);
-    const bool is_values = result.content.of == Content::Of::lengths || result.content.of == Content::Of::fractions;
-    if (is_values && std::ranges::find(known, channel, &Known::channel) == known.end())
-        known.push_back({channel, result.content});
+// The channel that is shown of a result: of positions the last one, the depth, says most.
+std::string channel_of(const Content& content) {
+    const std::string channels = content.channels;
+    return channels.substr(channels.rfind(' ') + 1);
 }
 
-// In the order in which they are looked for: first the first results of operations, what is made of depth before depth.
-std::vector<Known> find_known() {
-    std::vector<Known> known, others;
+bool is_values(const Content& content) {
+    return content.of == Content::Of::lengths || content.of == Content::Of::fractions;
+}
+
+// What channels of the program's own results hold, in the order in which they are looked for: first the first results of
+// operations, what is made of depth before depth.
+std::vector<Content> find_known() {
+    std::vector<Content> first, others;
+    const auto add = [](std::vector<Content>& known, const Content& content) {
+        if (is_values(content) && std::ranges::find(known, channel_of(content), channel_of) == known.end())
+            known.push_back(content);
+    };
     for (const description::Operation& operation : description::operations()) {
         const std::shared_ptr<void> call = operation.make(nullptr);
-        const auto add = [&] {
+        const auto add_results = [&] {
             const std::vector<description::Result> results = operation.results_of(call.get(), {});
-            append(known, results.front());
+            add(first, results.front().content);
             for (const description::Result& result : results)
-                append(others, result);
+                add(others, result.content);
         };
-        add();
+        add_results();
         for (const description::Option& option : operation.options) // some of which choose what it holds
             for (std::size_t i = 0; i < option.choices.size(); ++i) {
                 operation.set(call.get(), option, i);
-                add();
+                add_results();
             }
     }
-    std::ranges::reverse(known);
-    std::ranges::stable_sort(known, {}, [](const Known& each) { return each.channel.find('.') != std::string::npos; });
-    for (const Known& other : others)
-        if (std::ranges::find(known, other.channel, &Known::channel) == known.end())
-            known.push_back(other);
-    return known;
+    std::ranges::reverse(first);
+    std::ranges::stable_sort(first, {},
+                             [](const Content& each) { return channel_of(each).find('.') != std::string::npos; });
+    for (const Content& other : others)
+        add(first, other);
+    return first;
 }
 
-const std::vector<Known>& known_channels() {
-    static const std::vector<Known> known = find_known();
+const std::vector<Content>& known_channels() {
+    static const std::vector<Content> known = find_known();
     return known;
 }
 
@@ -94,10 +95,10 @@ cv::Mat floats(const cv::Mat& image, double factor = 1) {
 // Values, and what is known of a channel of this name.
 Viewed values_called(const std::string& channel, const cv::Mat& values) {
     Viewed viewed{.kind = Kind::values, .image = values, .name = channel};
-    for (const Known& each : known_channels())
-        if (channel == each.channel) {
-            viewed.unit = each.content.unit;
-            viewed.from_0_to_1 = each.content.of == Content::Of::fractions;
+    for (const Content& each : known_channels())
+        if (channel == channel_of(each)) {
+            viewed.unit = each.unit;
+            viewed.from_0_to_1 = each.of == Content::Of::fractions;
         }
     return viewed;
 }
@@ -131,9 +132,9 @@ Viewed from_exr(const fs::path& file, const std::vector<Channel>& channels, cons
                                    wanted));
         return values_of(file, wanted);
     }
-    for (const Known& each : known_channels())
-        if (has(channels, each.channel))
-            return values_of(file, each.channel);
+    for (const Content& each : known_channels())
+        if (has(channels, channel_of(each)))
+            return values_of(file, channel_of(each));
     if (has(channels, "N.X"))
         return normals_of(file, "N");
     if (!io::depth_channels(file).empty())
@@ -178,10 +179,9 @@ std::optional<Viewed> from_record(const fs::path& file, io::Bytes bytes, const c
         const Content content = operation->results_of(call.get(), {}).front().content;
         if (content.of == Content::Of::directions && codes.channels() == 3)
             return normals_of(file, "");
-        const bool is_values = content.of == Content::Of::lengths || content.of == Content::Of::fractions;
         const std::string channel = options.value("--mask", content.channels); // one of several first results
         const double scale = options.value("--png-scale", 1.0);
-        if (is_values && codes.channels() == 1 && scale > 0)
+        if (is_values(content) && codes.channels() == 1 && scale > 0)
             return values_called(channel, floats(codes, 1 / (65535 * scale)));
     } catch (const nlohmann::json::exception&) { // it is of another program
     }
