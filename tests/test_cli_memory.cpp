@@ -126,7 +126,7 @@ TEST_CASE("program: an option that needs the whole image is refused where --memo
     // With room for it, without --memory, and where the image is small whatever it says, nothing changes.
     const auto done = [&](const std::string& file, const Arguments& more) {
         check_done(
-            joined(joined({"ssao", file, "-o", out, "--radius", "0.01", "--region", "0,0,9,9", "--camera", camera},
+            joined(joined({"ssao", file, "-o", out, "--radius", "0.3", "--region", "0,0,9,9", "--camera", camera},
                           {"--quality", "fast"}),
                    more));
     };

@@ -77,7 +77,7 @@ struct Bound {
 
 using Given = std::vector<std::pair<const Option*, nb::handle>>;
 
-std::string name_of(const Option& option) {
+std::string own_name(const Option& option) {
     return option.name;
 }
 
@@ -162,7 +162,7 @@ nb::object call_of(const Bound& bound, const nb::args& arguments, const nb::kwar
     for (const Keyword& each : bound.keywords)
         if (each.option.required && std::ranges::count(given, &each.option, &Given::value_type::first) == 0)
             keywords.refuse();
-    if (const std::string wrong = wrong_together(operation, together, name_of); !wrong.empty())
+    if (const std::string wrong = wrong_together(operation, together, own_name); !wrong.empty())
         throw std::invalid_argument(wrong);
     set_radius(bound, options.get(), given, camera);
 
