@@ -138,9 +138,9 @@ CALLS = {
     ),
     "two focuses": (
         lambda d, c: fathom.dof_masks(d, c, focus=2, focus_at=(1, 2), f_stop=2),
-        "three ways to say one depth",
+        "focus_at and focus exclude each other: give one of the two",
     ),
-    "circle and lens": (lambda d, c: fathom.dof_masks(d, c, focus=2, circle=(1, 2)), "leave one of the two out"),
+    "circle and lens": (lambda d, c: fathom.dof_masks(d, c, focus=2, circle=(1, 2)), "circle and focus exclude each other"),
     "focus on nothing": (lambda d, c: fathom.dof_masks(d, c, focus_at=(0, 0), f_stop=2, sensor_mm=36), "invalid"),
     "half a clean plate": (
         lambda d, c: fathom.dof(

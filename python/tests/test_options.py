@@ -57,7 +57,9 @@ def values(option):
         least, most = option["least"], option["most"]  # a word where there is none
         step = 1 if option["whole"] else 0.25
         made = [] if option["whole"] else [(math.nan, False), (math.inf, option["infinite"]), (-math.inf, False)]
-        if isinstance(least, (int, float)):
+        if not isinstance(least, (int, float)):
+            made += [(1.5, True)]
+        else:
             made += [(least - step, least - step == option.get("beside")), (least, not option["least_excluded"])]
             made += [(least + step, True)]
         if isinstance(most, (int, float)):
@@ -75,7 +77,7 @@ def refusal(operation, depth, camera, given):
 
 
 def test_values_within_their_ranges_and_beyond(program, metres, keys):
-    camera, depth = fathom.Camera(**keys, view=numpy.eye(4)), metres.astype(numpy.float32)
+    camera, depth = fathom.Camera(**keys), metres.astype(numpy.float32)
     images = {"picture": numpy.full((HEIGHT, WIDTH, 3), 0.5, numpy.float32), "depth": depth, "result": True}
     images["directions"] = numpy.full((HEIGHT, WIDTH, 3), 3**-0.5, numpy.float32)
     checked = 0
@@ -91,7 +93,7 @@ def test_values_within_their_ranges_and_beyond(program, metres, keys):
 
 
 def test_what_excludes_another_option_is_refused_beside_it(metres, keys):
-    camera, depth = fathom.Camera(**keys, view=numpy.eye(4)), metres.astype(numpy.float32)
+    camera, depth = fathom.Camera(**keys), metres.astype(numpy.float32)
     images = {"picture": numpy.full((HEIGHT, WIDTH, 3), 0.5, numpy.float32), "depth": depth, "result": True}
 
     def good(option):
