@@ -266,7 +266,7 @@ TEST_CASE("dof program: a clean plate shows what the foreground hides") {
     CHECK(same(read_color(out), truth));
     fs::remove(out);
     check_refused(scene.arguments(out, {"--clean-plate-depth", depth}), 2,
-                  "--clean-plate-depth requires --clean-plate");
+                  "--clean-plate-depth: is of no use without --clean-plate");
     check_refused(scene.arguments(out, {"--clean-plate", color}), 1, "needs --clean-plate-depth");
     const std::string small = scene.folder / "small.exr";
     write_color(small, other(cv::Rect(0, 0, width - 1, height)).clone());

@@ -39,9 +39,17 @@ std::vector<Value> values_for(const Option& option) {
         const std::vector<double> numbers = numbers_for(option);
         return {numbers.begin(), numbers.end()};
     }
-    case Option::Kind::three:
+    case Option::Kind::point:
+    case Option::Kind::color:
+    case Option::Kind::direction:
         return {std::array{0.0, 0.0, 0.0}, std::array{0.0, 2.0, 0.0}, std::array{0.0, HUGE_VAL, 0.0},
                 std::array{1.0, std::nan(""), 0.0}};
+    case Option::Kind::pixel:
+        return {LensArguments::Pixel{2, 1}};
+    case Option::Kind::ray:
+        return {LensArguments::AlongRay{{2, 1}, 5}, LensArguments::AlongRay{{2, 1}, HUGE_VAL},
+                LensArguments::AlongRay{{2, 1}, 0}, LensArguments::AlongRay{{2, 1}, -1},
+                LensArguments::AlongRay{{2, 1}, std::nan("")}};
     case Option::Kind::choice: {
         std::vector<Value> values;
         for (std::size_t i = 0; i <= option.choices.size(); ++i) // the last one is none of them
@@ -74,6 +82,10 @@ std::string in_words(const Option& option, const Value& value) {
         return fmt::format("{},{}", static_cast<double>(circle->k), static_cast<double>(circle->g));
     if (const auto* number = std::get_if<double>(&value))
         return fmt::format("{}", *number);
+    if (const auto* pixel = std::get_if<LensArguments::Pixel>(&value))
+        return fmt::format("{},{}", pixel->x, pixel->y);
+    if (const auto* ray = std::get_if<LensArguments::AlongRay>(&value))
+        return fmt::format("{},{},{}", ray->pixel.x, ray->pixel.y, ray->distance);
     const auto& three = std::get<std::array<double, 3>>(value);
     return fmt::format("{},{},{}", three[0], three[1], three[2]);
 }
@@ -97,11 +109,11 @@ struct Scene {
 std::shared_ptr<void> needed(const description::Operation& operation, const Scene& scene) {
     std::shared_ptr<void> call = operation.make(nullptr);
     for (const Option& option : operation.options)
-        if (option.kind == Option::Kind::picture && !option.by_default)
+        if (option.kind == Option::Kind::picture && option.required)
             operation.set(call.get(), option, scene.picture);
         else if (option.kind == Option::Kind::lens)
             operation.set(call.get(), option, CircleOfConfusion{40, 180});
-        else if (option.kind == Option::Kind::number && (!option.by_default || option.name == std::string("radius")))
+        else if (option.kind == Option::Kind::number && (option.required || option.name == std::string("radius")))
             operation.set(call.get(), option, 0.25);
     return call;
 }
@@ -243,4 +255,51 @@ TEST_CASE("options: the program accepts what is described, and nothing else") {
         }
     std::cout << "options: the program checked " << checked << " values\n";
     CHECK(checked > 100);
+}
+
+TEST_CASE("options: the program refuses what is described as excluded, or of no use alone") {
+    int checked = 0;
+    for (const description::Operation& operation : description::operations()) {
+        const std::vector<Option> all = options_with_lens(operation);
+        std::string command = operation.name;
+        std::ranges::replace(command, '_', '-');
+        const auto argument = [](const Option& option) { // a value that will do
+            const std::string name = cli::spelled(option);
+            if (option.kind == Option::Kind::flag)
+                return name;
+            for (const Value& value : values_for(option))
+                if (option.accepts(value))
+                    return name + "=" + in_words(option, value);
+            return name + "=1.exr";
+        };
+        const auto refusal_of = [&](const std::vector<std::string>& options) {
+            std::vector<std::string> words{command, "no.exr", "-o", "out.exr"};
+            words.insert(words.end(), options.begin(), options.end());
+            for (const char* needed : {"--color=no.exr", "--density=1"})
+                if (command == "fog" || (command == "dof" && needed[2] == 'c'))
+                    words.emplace_back(needed);
+            return usage_refusal(words);
+        };
+        const auto is_own = [](const Option& option) {
+            return !cli::spelled(option).empty() && cli::spelled(option) != "--aperture";
+        };
+        for (const Option& one : all) {
+            if (!is_own(one))
+                continue;
+            INFO(command << ' ' << argument(one));
+            if (const bool in_file = one.kind == Option::Kind::picture; !one.needs.empty() && !in_file) {
+                CHECK(contains(refusal_of({argument(one)}), cli::spelled(one) + ": is of no use without --"));
+                ++checked;
+            }
+            for (const Option& other : all)
+                if (is_own(other) && cli::spelled(one) != cli::spelled(other) &&
+                    std::ranges::count(one.excludes, other.name) > 0) {
+                    INFO(argument(other));
+                    CHECK(contains(refusal_of({argument(one), argument(other)}), " exclude each other: give one of"));
+                    ++checked;
+                }
+        }
+    }
+    std::cout << "options: the program refused " << checked << " pairs and lonely options\n";
+    CHECK(checked > 30);
 }

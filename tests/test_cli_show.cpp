@@ -147,6 +147,7 @@ TEST_CASE("show chooses range and scale by the values") {
     const nlohmann::json mask = told(folder, row_file(folder, "ao.exr", {0.4f, 0.6f}, {"AO"}));
     CHECK(mask["range"] == nlohmann::json({0, 1}));
     CHECK(mask["shows"] == "AO");
+    CHECK(told(folder, row_file(folder, "ray.exr", {1, 2, 3, 5}, {"Z", "distance"}))["shows"] == "distance");
     const nlohmann::json flat = told(folder, row_file(folder, "flat.exr", {5, 5, 5}));
     CHECK(flat["range"][0] < 5);
     CHECK(flat["range"][1] > 5);

@@ -158,7 +158,7 @@ void set_round(const std::vector<description::Option>& all, std::size_t round, c
             const auto known = numbers.find(option.name);
             if (option.name == std::string("max_coc_px")) // the reach follows from it
                 set(option, most_coc);
-            else if (known == numbers.end() && (round == 2 || !option.by_default))
+            else if (known == numbers.end() && (round == 2 || option.required))
                 set(option, option.range.holds(0.1) ? (round == 2 ? 0.3 : 0.1) : option.range.least + 1);
             else if (known != numbers.end() && round > 0 && !std::isnan(known->second[round - 1]))
                 set(option, known->second[round - 1]);
@@ -166,7 +166,7 @@ void set_round(const std::vector<description::Option>& all, std::size_t round, c
             set(option, (round - 1 + i) % option.choices.size());
         else if (option.kind == Option::Kind::flag && round > 1)
             set(option, round == 2);
-        else if (option.kind == Option::Kind::three && round > 1)
+        else if (is_three(option.kind) && round > 1)
             set(option, std::array{0.1, 0.9, 0.2});
     }
 }

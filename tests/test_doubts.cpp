@@ -190,6 +190,8 @@ TEST_CASE("doubts: a radius and a lens are held against what the image shows", "
         CHECK_THAT(said.front(), ContainsSubstring(words));
     };
     CHECK(radius_doubts(camera, stored, 0.5).empty());
+    for (const double wrong : {-1.0, 0.0, std::nan(""), HUGE_VAL})
+        CHECK_THROWS_AS(radius_doubts(camera, stored, wrong), std::invalid_argument);
     one(radius_doubts(camera, stored, 1e-5), "less than half a pixel for most pixels");
     one(radius_doubts(camera, stored, 500), "larger than all that most pixels see");
     const auto doubts_of = [&](const Lens& lens, double most = 512) {

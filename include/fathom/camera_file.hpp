@@ -7,6 +7,7 @@
 #include <functional>
 #include <optional>
 #include <string>
+#include <vector>
 
 /// The camera file, JSON: target `fathom::camera_file`, which needs neither OpenCV nor OpenEXR.
 /// Everything here throws `fathom::Error` with one line that names the file, the key, its value and what would be right.
@@ -38,6 +39,11 @@ CameraFile preset_file(const std::string& text);
 /// The camera for an image of this size: takes the size if the file gave none, otherwise checks it.
 /// Throws: Error naming both sizes.
 Camera camera_for(const CameraFile& file, int width, int height);
+
+/// What is probably wrong with the keys of a camera file's text for an image of this size, a sentence each with the cure: radians
+/// as degrees, an aspect upside down, a calibration of another size. Of a text that `read_camera` would refuse nothing is said.
+/// `depth_doubts` of doubts.hpp looks at the depth.
+std::vector<std::string> key_doubts(const std::string& text, int width, int height);
 
 #pragma GCC visibility pop
 } // namespace fathom

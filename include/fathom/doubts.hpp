@@ -26,6 +26,7 @@ std::vector<std::string> depth_doubts(const Camera& camera, const HostDepth& sto
 std::vector<std::string> depth_doubts_of_sample(const Camera& camera, const HostDepth& stored);
 
 /// The same of a radius of `ssao`, in scene units: one that hardly reaches the next pixel, or beyond all that the image shows.
+/// Throws: std::invalid_argument, as `ssao`, for one that is not above 0 or not finite.
 std::vector<std::string> radius_doubts(const Camera& camera, const HostDepth& stored, double radius);
 
 /// The same of a lens and its `circle`, as `circle_for` makes it: metres where a lens has millimetres, a focus before or behind

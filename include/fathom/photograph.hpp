@@ -24,14 +24,14 @@ struct HostFloats {
 /// Source: Kopf, Cohen, Lischinski, Uyttendaele 2007, eq. 2.
 std::vector<float> upsample_along_edges(const HostFloats& depth, const HostFloats& color);
 
-/// Makes white brighter, which a file of integers has cut off: light from 0.97 on grows smoothly, to `peak` times of itself at 1.
+/// Makes white brighter, which a file of integers has cut off: light from 0.97 on grows smoothly, to `highlights` times of itself at 1.
 /// Two channels have to be that bright and the third above 0.9, or one of a saturated colour, such as an orange lamp's, whose
 /// smallest channel is less than 0.11 of its largest (none of it counts from 0.2 on). So a pale surface that reaches white in one
 /// channel or two stays, or changes by 12 codes of sRGB at most.
 /// In: pixels of three or four channels in linear light, without gaps. An alpha stays as it is.
 /// A blur then shows lamps as bright discs. What a lamp's light really was is not known; photo editors offer the same guess.
-/// Throws: std::invalid_argument unless peak is finite and 1 or greater, and for other channels.
-void restore_highlights(std::span<float> color, int channels, double peak);
+/// Throws: std::invalid_argument unless highlights is finite and 1 or greater, and for other channels.
+void restore_highlights(std::span<float> color, int channels, double highlights);
 
 #pragma GCC visibility pop
 } // namespace fathom

@@ -53,9 +53,8 @@ struct ReadPictureOptions {
 /// Source: IEC 61966-2-1; PNG, third edition, 11.3.2; ICC.1:2022, 10.6 and 10.18; Exif 2.32, tag 274.
 Picture read_picture(const std::filesystem::path& file, const ReadPictureOptions& options = {});
 
-/// `restore_highlights` of photograph.hpp for a picture of integers. One of floats stays as it is.
-/// Throws: std::invalid_argument unless peak is finite and 1 or greater.
-void restore_highlights(Picture& picture, double peak);
+/// `restore_highlights` of photograph.hpp for a picture of integers. One of floats stays as it is. Throws as that.
+void restore_highlights(Picture& picture, double highlights);
 
 /// How a picture of this format is written into a file of this type: .jpg is sRGB of 8 bits, .exr, .hdr and .pfm are linear
 /// floats, .png and .tif keep the format; floats become 16 bits, linear, in a .png.

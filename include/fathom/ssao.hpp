@@ -53,7 +53,7 @@ struct SsaoOptions {
 
     double falloff = 0; ///< 0 to 1: fraction of the radius, at its end, over which occluders fade out; 0: a hard end
     Border border = Border::open;
-    std::uint32_t seed = 0; ///< turns the jitter
+    std::uint32_t seed = 0; ///< another number gives another pattern of jitter
 
     std::optional<Region> region = {}; ///< part that is computed; samples still come from the whole image
 

@@ -18,8 +18,9 @@
 #define MOST_PART_END 0.8f // and what it never has
 #define BLURRED_PX 0.5f    // circles larger than a pixel by this are blurred
 #define STAYS_PX 1.5f      // foregrounds whose circles are larger than a pixel by this are not sharp
-#define MOVES_ALL_PX 7.0f  // from circles larger than a pixel by this on all light moves to the foreground; of smaller ones a part
-                           // that grows with their area, since a pixel's way shows
+// A foreground whose circle is larger than a pixel by this takes all light of the mixed pixel. With a smaller circle it takes a
+// part that grows with the circle's area, since such a blur does not hide that light has moved by a pixel.
+#define MOVES_ALL_PX 7.0f
 
 INLINE float layer_at(__global const float* planes, const blur_params* p, int column, int row) {
     if (row < 0 || row >= (int)p->rows)

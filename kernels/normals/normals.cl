@@ -23,9 +23,10 @@
 #define GUESS_ERROR 0.6f
 #define FIT_ERROR 0.43f
 
-// How far a pixel of the same plane may lie off it, in standard deviations of the noise: at the centre, and more per pixel
-// away. The nearest neighbours' plane goes through a pixel that is off itself, and its slopes have 0.32 of them; those of
-// the small window have 0.07, and 0.17 beside an edge.
+// How far a pixel of the same plane may lie off it, in standard deviations of the noise: so many at the centre, and so many
+// more for each pixel of distance. The first plane, the GUESS, goes through the centre pixel, which has the same noise, and
+// its slopes are off by 0.32 standard deviations a pixel. Those of the FIT to the small window are off by 0.07, and by 0.17
+// beside an edge.
 #define GUESS_NOISE 4.5f
 #define GUESS_SLOPE_NOISE 0.5f
 #define FIT_NOISE 4.0f

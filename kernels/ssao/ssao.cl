@@ -227,7 +227,7 @@ KERNEL void ssao(__global const float* fronts, __global const float* backs, __gl
 #endif
     for (uint k = 0; k < p.slices; ++k) {
         const sliceV slice = slice_at(&c, &p, turns + 4 * (pattern * p.slices + k));
-        const floatV weight = slice.inverse_across * slice.inverse_across;
+        const floatV weight = slice.inverse_across * slice.inverse_across; // dphi of eq. 5 for a slice of the screen
         for (int back = 0; back < 2; ++back) {
             const float sign = back ? -1.0f : 1.0f;
             const sideV side = side_at(&c, &slice, sign, p.slope_errors);
@@ -257,7 +257,7 @@ KERNEL void ssao(__global const float* fronts, __global const float* backs, __gl
 #endif
                 left_over = select(left_over, (intV)0, active);
             }
-            const floatV measure_of_side = weight * side.whole;
+            const floatV measure_of_side = weight * side.whole; // a side of eq. 7 up to the tangent plane
             whole += measure_of_side;
             // Therrien et al. 2023, algorithm 1, line 26.
             blocked = fma(measure_of_side * (1.0f / SECTORS), convert_floatV(popcount(found)), blocked);

@@ -1,13 +1,6 @@
 #pragma once
 
-#include "camera.hpp"
-#include "words.hpp"
-
-#include <fathom/findings.hpp>
-#include <fathom/image.hpp>
-
-#include <nanobind/nanobind.h>
-#include <nanobind/ndarray.h>
+#include "arrays.hpp"
 
 #include <atomic>
 #include <functional>
@@ -16,26 +9,8 @@
 #include <utility>
 #include <vector>
 
-/// Arrays of Python as images of a device, and back.
+/// Calls of operations from Python.
 namespace fathom::python {
-
-/// `fathom.Image`: an image on a device. If it is an array's memory, it keeps the array, and waits for the device before it
-/// lets it go.
-struct DeviceImage {
-    Image image;
-    std::shared_ptr<void> array = {};
-    const char* no_target = nullptr; ///< why no result may go here, if none may
-};
-
-/// An argument that holds pixels: an array, or a `fathom.Image`.
-struct Pixels {
-    static constexpr auto annotation = nb::detail::const_name("fathom._operations.Array | Image");
-    nb::object given;
-    explicit operator bool() const { return given.is_valid() && !given.is_none(); }
-};
-
-/// The type of an argument that holds pixels, for the stubs.
-inline constexpr const char* pixels = "Array | Image";
 
 /// `fathom.BackDepth`: a second layer of depth, where each pixel's solid ends.
 struct BackDepth {
@@ -54,42 +29,11 @@ struct DeviceOption {
     nb::object given;
 };
 
-/// What an argument is for, which says what dtypes it may have.
-enum class Holds { depth, picture, numbers };
-
 /// What `Device::open` takes, of anything but a `fathom.Device`.
 std::string device_name_of(const DeviceOption& choice, const char* argument);
 
 /// The device that is meant. One that was opened by its name is opened once.
 Device device_of(const DeviceOption& choice);
-
-/// Uploads an array; shares it on a CPU device.
-DeviceImage to_device(const Pixels& array, const Device& device);
-
-/// A new NumPy array with the pixels of an image.
-nb::object to_numpy(const Image& image);
-
-Element element_of_name(const std::string& dtype);
-const char* name_of(Element element);
-
-/// Depth in host memory, and what keeps it there.
-struct HeldDepth {
-    HostDepth stored;
-    std::shared_ptr<void> memory;
-};
-
-/// The depth of an array, or of a `fathom.Image`, which is copied. Neither needs a device.
-HeldDepth host_depth(const Pixels& pixels, const CameraObject& camera, const Word<Storage>& storage,
-                     const char* argument);
-
-/// The pixels of an array or a `fathom.Image` of float32, one row after the other.
-std::pair<std::vector<float>, Layout> floats_of(const Pixels& pixels, const char* argument);
-
-/// A new NumPy array. Its content is undefined, and `data` is where it lies.
-nb::object new_floats(const Layout& layout, float*& data);
-
-/// (height, width), or with channels if there are several.
-nb::tuple shape_of(const Image& image);
 
 /// Seconds that passed, and those that the calling thread worked.
 using Seconds = std::pair<double, double>;

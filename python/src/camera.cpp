@@ -8,7 +8,6 @@
 #include "camera_file/file.hpp"
 #include "camera_file/imported.hpp"
 #include "camera_file/json_object.hpp"
-#include "camera_file/key_doubts.hpp"
 #include "camera_file/key_names.hpp"
 #include "camera_file/presets.hpp"
 
@@ -242,12 +241,8 @@ CameraObject CameraObject::for_view_depth() const {
 void CameraObject::doubt(int width, int height, const std::string& name) const {
     if (is_doubted_ || width == 0 || height == 0)
         return;
-    warn(key_doubts(width, height), name);
+    warn(key_doubts(file_.text, width, height), name);
     is_doubted_ = true;
-}
-
-std::vector<std::string> CameraObject::key_doubts(int width, int height) const {
-    return io::key_doubts(nlohmann::json::parse(file_.text), width, height);
 }
 
 void CameraObject::doubt(const HostDepth& stored, const char* argument) const {

@@ -27,7 +27,6 @@ public:
     const Camera& for_size(int width, int height) const;
 
     /// What is probably wrong with the keys for an image of this size.
-    std::vector<std::string> key_doubts(int width, int height) const;
 
     /// The same camera for view depth, which `linearize` makes.
     CameraObject for_view_depth() const;

@@ -4,6 +4,9 @@
 #include "call.hpp"
 #include "unlocked.hpp"
 
+#include "description/check.hpp"
+#include "description/ssao.hpp"
+
 #include <fathom/dof.hpp>
 #include <fathom/doubts.hpp>
 
@@ -23,9 +26,11 @@ using Length = std::optional<double>;
 std::vector<std::string> check(const Pixels& depth, const CameraObject& camera, const Word<Storage>& storage,
                                Length radius, Length focus, Length f_stop, Length focal_length_mm, Length sensor_mm,
                                double mm_per_unit) {
+    if (radius) // whatever else is wrong
+        description::Check{}("radius", *radius, description::ssao_radius);
     const HeldDepth held = host_depth(depth, camera, storage, "depth");
     const Camera seen = camera.of_size(held.stored.width, held.stored.height);
-    std::vector<std::string> said = camera.key_doubts(seen.width, seen.height);
+    std::vector<std::string> said = key_doubts(camera.file().text, seen.width, seen.height);
     LensArguments lens{.focus = focus,
                        .f_stop = f_stop,
                        .focal_length_mm = focal_length_mm,

@@ -4,6 +4,7 @@
 #include "text.hpp"
 
 #include <nanobind/stl/array.h>
+#include <nanobind/stl/tuple.h>
 
 #include <algorithm>
 #include <functional>
@@ -15,10 +16,6 @@ namespace {
 using description::Kind;
 using description::Option;
 using description::Value;
-
-bool is_whole(const Option& option) {
-    return option.range.whole || option.range.few[0];
-}
 
 // What may be given for an option of several of its name.
 const char* kind_of(const Option& option) {
@@ -54,15 +51,20 @@ std::string annotation(const Option& option) {
     std::string literal;
     switch (option.kind) {
     case Kind::number:
-        return is_whole(option) ? "int" : "float";
+        return option.is_whole() ? "int" : "float";
     case Kind::flag:
     case Kind::result:
         return "bool";
-    case Kind::three:
+    case Kind::point:
+    case Kind::color:
+    case Kind::direction:
     case Kind::lens:
         return "collections.abc.Sequence[float]";
+    case Kind::pixel:
     case Kind::region:
         return "collections.abc.Sequence[int]";
+    case Kind::ray:
+        return "tuple[int, int, float]";
     case Kind::choice:
         for (const char* choice : option.choices)
             literal += text(literal.empty() ? "typing.Literal['" : ", '", choice, "'");
@@ -97,7 +99,6 @@ Keywords::Keywords(const char* function, const std::vector<PyObject*>& names, co
 }
 
 void Keywords::each(const std::vector<Keyword>& known, const std::function<void(const Option&, nb::handle)>& set) {
-    std::vector<const Option*> given;
     for (Item& item : items_) {
         if (item.taken)
             continue;
@@ -125,20 +126,8 @@ void Keywords::each(const std::vector<Keyword>& known, const std::function<void(
             }
             keyword = its;
         }
-        const Option& option = keyword->option;
-        for (const Option* other : given)
-            if (option.excludes(*other))
-                throw std::invalid_argument(
-                    text(option.name, " and ", other->name, " exclude each other: give one of the two"));
-        set(option, item.value);
-        given.push_back(&option);
+        set(keyword->option, item.value);
     }
-    for (const Option* one : given)
-        for (const Keyword& other : known)
-            if (&other.option != one && other.option.belongs_to(*one) &&
-                std::ranges::find(given, &other.option) == given.end())
-                throw std::invalid_argument(
-                    text(one->name, " and ", other.option.name, " belong together; give both, or none"));
 }
 
 nb::object Keywords::take(const char* name) {
@@ -170,10 +159,10 @@ Value Keywords::value_of(const Option& option, nb::handle given) const {
     Value value;
     switch (option.kind) {
     case Kind::number: {
-        const nb::object number = is_whole(option) ? nb::steal(PyNumber_Index(given.ptr())) : nb::borrow(given);
+        const nb::object number = option.is_whole() ? nb::steal(PyNumber_Index(given.ptr())) : nb::borrow(given);
         const double converted = number.is_valid() ? PyFloat_AsDouble(number.ptr()) : -1;
         if (PyErr_Occurred())
-            refuse(option.name, given, is_whole(option) ? "a whole number of 32 bits" : "a number");
+            refuse(option.name, given, option.is_whole() ? "a whole number of 32 bits" : "a number");
         value = converted;
         break;
     }
@@ -182,9 +171,26 @@ Value Keywords::value_of(const Option& option, nb::handle given) const {
         if (!PyBool_Check(given.ptr()))
             refuse(option.name, given, "True or False");
         return given.is(nb::handle(Py_True));
-    case Kind::three:
+    case Kind::point:
+    case Kind::color:
+    case Kind::direction:
         value = as<std::array<double, 3>>(option.name, given, "3 numbers");
         break;
+    case Kind::pixel: {
+        const auto [x, y] = as<std::array<int, 2>>(option.name, given, "2 whole numbers");
+        return LensArguments::Pixel{x, y};
+    }
+    case Kind::ray: {
+        const auto [x, y, distance] =
+            as<std::tuple<int, int, double>>(option.name, given, "2 whole numbers and a number");
+        value = LensArguments::AlongRay{{x, y}, distance};
+        break;
+    }
+    case Kind::lens: {
+        const auto [k, g] = as<std::array<double, 2>>(option.name, given, "2 numbers");
+        value = CircleOfConfusion{k, g};
+        break;
+    }
     case Kind::region: {
         const auto [x, y, width, height] = as<std::array<int, 4>>(option.name, given, "4 whole numbers");
         return Region{x, y, width, height};
@@ -210,9 +216,10 @@ std::string words_of(const std::vector<Option>& options) {
         const std::string limits = option.kind == Kind::number   ? option.range.limits()
                                    : option.kind == Kind::choice ? option.accepted()
                                                                  : "";
-        const std::string by_default = option.kind == Kind::result || !option.by_default || *option.by_default == "none"
+        const std::string value = option.default_in_words();
+        const std::string by_default = option.kind == Kind::result || option.required || value == "none"
                                            ? ""
-                                           : text(limits.empty() ? "" : "; ", "default: ", *option.by_default);
+                                           : text(limits.empty() ? "" : "; ", "default: ", value);
         lines += text(option.name, ": ", option.words);
         if (!limits.empty() || !by_default.empty())
             lines += text(" (", limits, by_default, ")");

@@ -29,7 +29,6 @@ public:
     Keywords(const char* function, const std::vector<PyObject*>& names, const nb::args& given, const nb::kwargs& named);
 
     /// Calls `set` with what is given of the options that are described; of several of one name with the one whose kind it is.
-    /// Throws: std::invalid_argument for options that exclude each other.
     void each(const std::vector<Keyword>& known,
               const std::function<void(const description::Option&, nb::handle)>& set);
 
@@ -39,14 +38,6 @@ public:
 
     /// One that is not described as an option: a device.
     nb::object take(const char* name);
-
-    /// The same as a value of a type, which `kind` has in words.
-    /// Throws: nb::type_error for any other.
-    template <typename Value>
-    std::optional<Value> take_as(const char* name, const char* kind) {
-        const nb::object given = take(name);
-        return given.is_none() ? std::nullopt : std::optional(as<Value>(name, given, kind));
-    }
 
     /// Throws: nb::type_error if nobody has taken one of them. What is wrong, fathom/_calls.py finds out from the signature.
     void finish() const;
@@ -58,6 +49,7 @@ private:
         bool taken = false;
     };
 
+    /// Throws: nb::type_error for what is no such value, which `kind` has in words.
     template <typename Value>
     Value as(const char* name, nb::handle given, const char* kind) const {
         Value value;

@@ -7,6 +7,7 @@
 #include "unlocked.hpp"
 
 #include "description/as_json.hpp"
+#include "description/photograph.hpp"
 #include "text.hpp"
 
 #include <fathom/lens_arguments.hpp>
@@ -75,19 +76,11 @@ struct Bound {
     nb::object results = nb::none(); // the type of several
 };
 
-// A lens as the arguments give it.
-LensArguments lens_of(Keywords& keywords, const std::vector<Keyword>& known) {
-    LensArguments lens{.circle = keywords.take_as<std::array<double, 2>>("circle", "2 numbers")};
-    if (const auto pixel = keywords.take_as<std::array<int, 2>>("focus_at", "2 whole numbers"))
-        lens.focus_at = {(*pixel)[0], (*pixel)[1]};
-    if (const auto ray = keywords.take_as<std::tuple<int, int, double>>("focus_along", "2 whole numbers and a number"))
-        lens.focus_along = {{std::get<0>(*ray), std::get<1>(*ray)}, std::get<2>(*ray)};
-    keywords.each(known,
-                  [&](const Option& option, nb::handle given) { option.set(lens, keywords.value_of(option, given)); });
-    return lens;
-}
-
 using Given = std::vector<std::pair<const Option*, nb::handle>>;
+
+std::string own_name(const Option& option) {
+    return option.name;
+}
 
 void set_radius(const Bound& bound, void* made, const Given& given, const CameraObject& camera) {
     if (!bound.radius || std::ranges::count(given, bound.radius, &Given::value_type::first) > 0)
@@ -135,7 +128,7 @@ void set_images(const Bound& bound, void* made, const Given& given, Call& call) 
         }
     }
     for (const auto& [option, value] : given)
-        if (picture && option->kind == Kind::three && option->three == description::Three::color)
+        if (picture && option->kind == Kind::color)
             check_color(*option, value, picture);
 }
 
@@ -148,27 +141,33 @@ nb::object call_of(const Bound& bound, const nb::args& arguments, const nb::kwar
         keywords.refuse();
     const auto& camera = nb::cast<const CameraObject&>(camera_given);
     const Pixels color{takes_size_of_picture(bound.operation) ? keywords.take("color") : nb::none()};
-    const std::optional<LensArguments> lens =
-        bound.circle ? std::optional(lens_of(keywords, bound.lens)) : std::nullopt;
-
     std::shared_ptr<void> options = operation.make(nullptr);
+    LensArguments lens;
     Given given;
+    std::vector<description::Given> together;
+    keywords.each(bound.lens, [&](const Option& option, nb::handle value) {
+        option.set(lens, keywords.value_of(option, value));
+        together.push_back({&option});
+    });
     keywords.each(bound.keywords, [&](const Option& option, nb::handle value) {
-        if (!option.is_image())
-            operation.set(options.get(), option, keywords.value_of(option, value));
+        together.push_back({&option});
         given.emplace_back(&option, value);
+        if (option.is_image())
+            return;
+        const description::Value read = keywords.value_of(option, value);
+        if (const auto* circle = std::get_if<CircleOfConfusion>(&read))
+            lens.circle = {static_cast<double>(circle->k), static_cast<double>(circle->g)};
+        else
+            operation.set(options.get(), option, read);
+        if (const auto* choice = std::get_if<std::size_t>(&read))
+            together.back().choice = *choice;
     });
     const Common common(keywords);
     for (const Keyword& each : bound.keywords)
-        if (!each.option.by_default && each.option.kind != Kind::lens &&
-            std::ranges::count(given, &each.option, &Given::value_type::first) == 0)
+        if (each.option.required && std::ranges::count(given, &each.option, &Given::value_type::first) == 0)
             keywords.refuse();
-    const auto is_given = [&](std::string_view name) {
-        return std::ranges::any_of(given, [&](const auto& each) { return each.first->name == name; });
-    };
-    for (const auto& [one, other] : operation.needing)
-        if (one && is_given(one) && !is_given(other))
-            throw std::invalid_argument(text(one, ": is of no use without ", other));
+    if (const std::string wrong = wrong_together(operation, together, own_name); !wrong.empty())
+        throw std::invalid_argument(wrong);
     set_radius(bound, options.get(), given, camera);
 
     Call call(depth, camera, common.storage, common.device, common.ignore);
@@ -187,10 +186,10 @@ nb::object call_of(const Bound& bound, const nb::args& arguments, const nb::kwar
             *image = call.result(target, out.c_str(), shape.element, shape.layout);
     }
     call.run([&] {
-        if (lens)
+        if (bound.circle)
             operation.set(
                 made.get(), *bound.circle,
-                circle_for(completed(*lens, camera.file().lens, call.depth().camera.projection), call.depth()));
+                circle_for(completed(lens, camera.file().lens, call.depth().camera.projection), call.depth()));
         operation.run(made.get(), call.depth(), {});
     });
     if (alone)
@@ -244,24 +243,27 @@ const Bound& bound(const description::Operation& operation) {
     return made;
 }
 
-nb::object fill_invalid_of(const Pixels& depth, const CameraObject& camera, const Pixels& ignore,
-                           const Word<Storage>& storage, const Target& out, const DeviceOption& device) {
-    Call call(depth, camera, storage, device, ignore);
+// Depth of which `move(depth, result)` makes other depth.
+template <typename Move>
+nb::object moved(Call& call, const Target& out, const Move& move) {
     const Image& image = call.depth().image;
     const Image result =
         call.result(out.given, "out", image.element(), {image.width(), image.height(), image.channels()});
-    call.run([&] { fill_invalid(call.depth(), result); });
+    call.run([&] { move(call.depth(), result); });
     return call.take();
+}
+
+nb::object fill_invalid_of(const Pixels& depth, const CameraObject& camera, const Pixels& ignore,
+                           const Word<Storage>& storage, const Target& out, const DeviceOption& device) {
+    Call call(depth, camera, storage, device, ignore);
+    return moved(call, out, [](const StoredDepth& stored, const Image& result) { fill_invalid(stored, result); });
 }
 
 nb::object grow_foreground_of(const Pixels& depth, const CameraObject& camera, int pixels, const Pixels& ignore,
                               const Word<Storage>& storage, const Target& out, const DeviceOption& device) {
     Call call(depth, camera, storage, device, ignore);
-    const Image& image = call.depth().image;
-    const Image result =
-        call.result(out.given, "out", image.element(), {image.width(), image.height(), image.channels()});
-    call.run([&] { grow_foreground(call.depth(), result, pixels); });
-    return call.take();
+    return moved(call, out,
+                 [=](const StoredDepth& stored, const Image& result) { grow_foreground(stored, result, pixels); });
 }
 
 double depth_at_of(const Pixels& depth, const CameraObject& camera, int x, int y, const Word<Storage>& storage,
@@ -272,9 +274,9 @@ double depth_at_of(const Pixels& depth, const CameraObject& camera, int x, int y
     return z;
 }
 
-nb::object restore_highlights_of(const Pixels& color, double peak) {
+nb::object restore_highlights_of(const Pixels& color, double highlights) {
     auto [light, layout] = floats_of(color, "color");
-    restore_highlights(light, layout.channels, peak);
+    restore_highlights(light, layout.channels, highlights);
     float* made = nullptr;
     nb::object result = new_floats(layout, made);
     std::ranges::copy(light, made);
@@ -324,7 +326,7 @@ Returns an array of the shape and dtype of depth.)";
 constexpr const char* grow_foreground_text =
     R"(Stored depth whose near surfaces are larger by some pixels, for a blur where depth is soft or lies beside its picture's edges.
 
-Each pixel takes the value of the nearest surface that is at most so many pixels away, 0 to 16. One is best for the depth of
+Each pixel takes the value of the nearest surface that is at most so many pixels away. One is best for the depth of
 neural networks. Invalid pixels stay invalid.
 
 Returns an array of the shape and dtype of depth.)";
@@ -337,7 +339,7 @@ Raises ValueError for a pixel outside the image, or that is invalid.)";
 constexpr const char* restore_highlights_text =
     R"(A picture whose white is brighter, which a file of integers has cut off.
 
-color: (H, W, 3) or (H, W, 4) float32, linear light from 0 to 1. Light from 0.97 on grows smoothly, to peak times of itself at 1,
+color: (H, W, 3) or (H, W, 4) float32, linear light from 0 to 1. Light from 0.97 on grows smoothly, to highlights times of itself at 1,
 so that a blur shows lamps as bright discs. Two channels have to be that bright, or one of a saturated colour: pale surfaces
 stay as they are. Try 1.05 for a JPEG.
 
@@ -370,7 +372,8 @@ void bind_operations(nb::module_& module) {
     }
     add(signature_of("fill_invalid", fill_invalid_text), fill_invalid_of, arg("depth"), arg("camera"), nb::kw_only(),
         arg("ignore") = nb::none(), arg("storage") = nb::none(), arg("out") = nb::none(), arg("device") = nb::none());
-    Signature grown = signature_of("grow_foreground", grow_foreground_text);
+    Signature grown = signature_of(
+        "grow_foreground", text(grow_foreground_text, "\n\npixels: ", description::grown_pixels.limits(), ".").c_str());
     grown.arguments.push_back({"pixels", "int", false});
     add(grown, grow_foreground_of, arg("depth"), arg("camera"), arg("pixels"), nb::kw_only(),
         arg("ignore") = nb::none(), arg("storage") = nb::none(), arg("out") = nb::none(), arg("device") = nb::none());
@@ -379,8 +382,8 @@ void bind_operations(nb::module_& module) {
     module.def("_stub", [signatures] { return stub_of(signatures); });
     module.def("depth_at", depth_at_of, arg("depth"), arg("camera"), arg("x"), arg("y"), nb::kw_only(),
                arg("storage") = nb::none(), arg("device") = nb::none(), depth_at_text);
-    module.def("restore_highlights", restore_highlights_of, arg("color"), arg("peak"), restore_highlights_text,
-               nb::sig("def restore_highlights(color: fathom._operations.Array | Image, peak: float) -> "
+    module.def("restore_highlights", restore_highlights_of, arg("color"), arg("highlights"), restore_highlights_text,
+               nb::sig("def restore_highlights(color: fathom._operations.Array | Image, highlights: float) -> "
                        "fathom._operations.NumpyArray"));
     module.def(
         "upsample_along_edges", upsample_along_edges_of, arg("depth"), arg("color"), upsample_along_edges_text,

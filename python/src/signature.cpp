@@ -27,10 +27,7 @@ part of a name. If depth is a fathom.Image, the result is one, too, and nothing 
 
 Raises ValueError for bad arguments, fathom.Error for a camera of another size and from the device; NoDevice without one.)";
 
-constexpr const char* lens_text =
-    R"(focus_at: a pixel (x, y) that is sharp, instead of focus; or focus_along: (x, y, d), the point at distance d along a pixel's ray.
-What is missing of the lens comes from the camera.
-)";
+constexpr const char* lens_text = "What is missing of the lens comes from the camera.\n";
 
 constexpr const char* stub_head =
     R"(from typing import Any, Generic, Literal, NamedTuple, Protocol, TypeVar, Union, overload
@@ -145,12 +142,7 @@ Signature signature_of(const Operation& operation) {
         if (!all.empty() && all.back().name == option.name)
             all.back().type += " | " + annotation(option);
         else
-            all.push_back({option.name, annotation(option), option.by_default || option.kind == Kind::lens,
-                           option.kind == Kind::result});
-    }
-    if (!operation.lens.empty()) {
-        keywords.push_back({"focus_at", "collections.abc.Sequence[int]"});
-        keywords.push_back({"focus_along", "tuple[int, int, float]"});
+            all.push_back({option.name, annotation(option), !option.required, option.kind == Kind::result});
     }
     const bool has_picture = takes_size_of_picture(operation);
     if (has_picture)

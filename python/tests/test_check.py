@@ -29,6 +29,24 @@ def test_metres_under_a_preset_of_millimetres(metres):
     assert fathom.check((1000 * metres).astype(numpy.uint16), fathom.Camera(**keys)) == []
 
 
+def test_an_image_in_host_memory_is_looked_at_too(metres):
+    depth = metres.astype(numpy.float32)
+    keys = {"preset": "kinect", "fx": 90, "fy": 88, "cx": 47.25, "cy": 33.5}
+    device = fathom.Device("cpu")
+    with pytest.warns(fathom.CameraWarning, match="^depth: its floats times the scale of 0.001 are "):
+        fathom.linearize(fathom.Image(depth, device=device), fathom.Camera(**keys))
+
+
+@pytest.mark.parametrize("radius", (-1, 0, float("nan"), float("inf")))
+def test_a_radius_is_refused_as_the_operation_does(metres, keys, radius):
+    camera, depth = fathom.Camera(**keys), metres.astype(numpy.float32)
+    with pytest.raises(ValueError, match="^radius = ") as of_operation:
+        fathom.ssao(depth, camera, radius)
+    with pytest.raises(ValueError, match="^radius = ") as of_check:
+        fathom.check(depth, camera, radius=radius)
+    assert str(of_check.value) == str(of_operation.value)
+
+
 def test_what_is_right_is_not_told(metres, millimetres, keys, kinect):
     camera = fathom.Camera(**keys)
     assert fathom.check(metres.astype(numpy.float32), camera) == []

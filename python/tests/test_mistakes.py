@@ -138,15 +138,15 @@ CALLS = {
     ),
     "two focuses": (
         lambda d, c: fathom.dof_masks(d, c, focus=2, focus_at=(1, 2), f_stop=2),
-        "three ways to say one depth",
+        "focus_at and focus exclude each other: give one of the two",
     ),
-    "circle and lens": (lambda d, c: fathom.dof_masks(d, c, focus=2, circle=(1, 2)), "leave one of the two out"),
+    "circle and lens": (lambda d, c: fathom.dof_masks(d, c, focus=2, circle=(1, 2)), "circle and focus exclude each other"),
     "focus on nothing": (lambda d, c: fathom.dof_masks(d, c, focus_at=(0, 0), f_stop=2, sensor_mm=36), "invalid"),
     "half a clean plate": (
         lambda d, c: fathom.dof(
             d, c, numpy.zeros((HEIGHT, WIDTH, 3), numpy.float32), circle=(1, 1), clean_plate_depth=d
         ),
-        "belong together",
+        ": is of no use without ",
     ),
     "a grey picture": (lambda d, c: fathom.fog(d, c, numpy.zeros((HEIGHT, WIDTH), numpy.float32), 0.1), "channels"),
     "a picture of float64": (
@@ -212,7 +212,7 @@ CALLS = {
     "invalid": (lambda d, c: fathom.depth_at(d, c, 0, 0), "is invalid"),
     "a peak below white": (
         lambda d, c: fathom.restore_highlights(numpy.zeros((2, 2, 3), numpy.float32), 0.5),
-        "peak = 0.5 must be finite and 1 or greater",
+        "highlights = 0.5 must be a number from 1",
     ),
     "light of bytes": (
         lambda d, c: fathom.restore_highlights(numpy.zeros((2, 2, 3), numpy.uint8), 2),

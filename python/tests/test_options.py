@@ -4,18 +4,30 @@ import json
 import math
 
 import numpy
-import pytest
 
 import fathom
 
 from conftest import HEIGHT, WIDTH
 
+LENS = {"focus": 5, "f_stop": 2, "focal_length_mm": 0.01, "sensor_mm": 36}
+
+
 def required(operation, picture):
     """What a call needs, whatever its options."""
     made = {"radius": 0.3} if operation["name"] == "ssao" else {}  # which other cameras have
     for option in operation["options"]:
-        if option["default"] is None or option["kind"] == "lens":
-            made[option["name"]] = {"picture": picture, "lens": (40, 180)}.get(option["kind"], 0.25)
+        if option["required"]:
+            made[option["name"]] = picture if option["kind"] == "picture" else 0.25
+    return made | (LENS if operation["name"].startswith("dof") else {})
+
+
+def beside(operation, option, given):
+    """What a call needs with this option, without what the option excludes."""
+    made = {name: value for name, value in required(operation, given["picture"]).items() if name not in option["excludes"]}
+    for need in option["needs"][:1]:
+        name, _, value = need.partition("=")
+        other = next(each for each in operation["options"] if each["name"] == name)
+        made[name] = value or given.get(other["kind"], 0.1)
     return made
 
 
@@ -25,39 +37,90 @@ def values(option):
         return [(choice, True) for choice in option["choices"]] + [("no such word", False)]
     if option["kind"] in ("flag", "result"):
         return [(True, True), (False, True)]
+    if option["kind"] in ("three numbers", "color", "direction"):
+        bad = [(math.nan, 0, 0), (0, math.inf, 0)] + ([(0, 0, 0)] if option["kind"] == "direction" else [])
+        return [((0.25, 0.5, 0.75), True)] + [(value, False) for value in bad]
+    if option["kind"] == "lens":
+        return [((40, 180), True), ((0, 0), True), ((-1, 180), False), ((40, -1), False), ((math.inf, 1), False)]
+    if option["kind"] == "pixel":
+        return [((2, 1), True)]
+    if option["kind"] == "ray":
+        return [((2, 1, 5.0), True), ((2, 1, math.inf), True), ((2, 1, 0.0), False), ((2, 1, math.nan), False)]
+    if option["kind"] == "region":
+        return [((1, 1, 4, 3), True)]
     if "values" in option:
-        return [(int(value), True) for value in option["values"]] + [(int(max(option["values"])) + 1, False)]
+        between = [value + 1 for value in option["values"]]
+        return [(value, True) for value in option["values"]] + [
+            (value, value in option["values"]) for value in [min(option["values"]) - 1, *between]
+        ]
     if option["kind"] == "number":
         least, most = option["least"], option["most"]  # a word where there is none
         step = 1 if option["whole"] else 0.25
-        made = [(math.nan, False)] if not option["whole"] else []
-        if isinstance(least, (int, float)):
-            made += [(least - step, False), (least, not option["least_excluded"]), (least + step, True)]
+        made = [] if option["whole"] else [(math.nan, False), (math.inf, option["infinite"]), (-math.inf, False)]
+        if not isinstance(least, (int, float)):
+            made += [(1.5, True)]
+        else:
+            made += [(least - step, least - step == option.get("beside")), (least, not option["least_excluded"])]
+            made += [(least + step, True)]
         if isinstance(most, (int, float)):
             made += [(most + step, False), (most, not option["most_excluded"])]
-        made += [(option["beside"], True)] if "beside" in option else []
-        return [(int(v), fits) if option["whole"] else (v, fits) for v, fits in made]
+        return made + ([(option["beside"], True)] if "beside" in option else [])
     return []
 
 
+def refusal(operation, depth, camera, given):
+    try:
+        getattr(fathom, operation["name"])(depth, camera, **given)
+    except ValueError as error:
+        return str(error)
+    return ""
+
+
 def test_values_within_their_ranges_and_beyond(program, metres, keys):
-    camera, picture = fathom.Camera(**keys), numpy.full((HEIGHT, WIDTH, 3), 0.5, numpy.float32)
-    depth = metres.astype(numpy.float32)
+    camera, depth = fathom.Camera(**keys), metres.astype(numpy.float32)
+    images = {"picture": numpy.full((HEIGHT, WIDTH, 3), 0.5, numpy.float32), "depth": depth, "result": True}
+    images["directions"] = numpy.full((HEIGHT, WIDTH, 3), 3**-0.5, numpy.float32)
     checked = 0
     for operation in json.loads(program("options", "--json").stdout)["operations"]:
         for option in operation["options"]:
             for value, fits in values(option):
-                said = ""
-                try:
-                    given = required(operation, picture) | dict.fromkeys(option["needs"], 0.1) | {option["name"]: value}
-                    getattr(fathom, operation["name"])(depth, camera, **given)
-                except ValueError as error:
-                    said = str(error)
+                said = refusal(operation, depth, camera, beside(operation, option, images) | {option["name"]: value})
                 own = said.startswith(f"{option['name']} = ") and (" must " in said or " is unknown" in said)
                 assert own == (not fits), (operation["name"], option["name"], value, said)
                 checked += 1
-    assert checked > 100
+    assert checked > 150
     print(f"{checked} values")
+
+
+def test_what_excludes_another_option_is_refused_beside_it(metres, keys):
+    camera, depth = fathom.Camera(**keys), metres.astype(numpy.float32)
+    images = {"picture": numpy.full((HEIGHT, WIDTH, 3), 0.5, numpy.float32), "depth": depth, "result": True}
+
+    def good(option):
+        return next((value for value, fits in values(option) if fits), images.get(option["kind"]))
+
+    tried = 0
+    for operation in fathom.options():
+        by_name = {option["name"]: option for option in operation["options"]}
+        for option in operation["options"]:
+            for other in set(option["excludes"]) - {option["name"]}:
+                given = {option["name"]: good(option), other: good(by_name[other])}
+                said = refusal(operation, depth, camera, required(operation, images["picture"]) | given)
+                assert " exclude each other: give one of the two" in said, (operation["name"], given)
+                tried += 1
+    assert tried > 30
+
+
+def test_defaults_are_values(program):
+    """A value of the option's kind where there is one; the words are for all."""
+    kinds = {"number": (int, float, str), "choice": str, "flag": bool, "result": bool}  # a str is infinity
+    for operation in fathom.options():
+        for option in operation["options"]:
+            default = option["default"]
+            if default is not None:
+                assert isinstance(default, kinds.get(option["kind"], list)), option["name"]
+                assert not option["required"]
+            assert option["required"] or option["default_words"]
 
 
 def test_options_are_those_of_the_program(program):
@@ -70,17 +133,17 @@ def test_options_are_those_of_the_program(program):
 
 def test_what_needs_another_option_is_refused_without_it(metres, keys):
     camera, depth = fathom.Camera(**keys), metres.astype(numpy.float32)
-    picture = numpy.full((HEIGHT, WIDTH, 3), 0.5, numpy.float32)
+    images = {"picture": numpy.full((HEIGHT, WIDTH, 3), 0.5, numpy.float32), "depth": depth}
     tried = 0
     for operation in fathom.options():
         for option in operation["options"]:
-            for other in option["needs"]:
-                value = {"number": 1.0, "three numbers": (0.0, 1.0, 0.0)}[option["kind"]]
-                with pytest.raises(ValueError, match=f"{option['name']}: is of no use without {other}"):
-                    given = required(operation, picture) | {option["name"]: value}
-                    getattr(fathom, operation["name"])(depth, camera, **given)
+            if option["needs"]:
+                value = next((value for value, fits in values(option) if fits), images.get(option["kind"]))
+                given = required(operation, images["picture"]) | {option["name"]: value}
+                said = refusal(operation, depth, camera, given)
+                assert said == f"{option['name']}: is of no use without {' or '.join(option['needs'])}"
                 tried += 1
-    assert tried >= 2
+    assert tried >= 7
 
 
 def test_an_option_that_is_described_is_a_keyword_and_no_other(program):

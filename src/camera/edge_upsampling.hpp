@@ -34,6 +34,6 @@ private:
 };
 
 /// Pixels of this many channels whose light has its highlights restored.
-void restore_highlights_of(float* pixels, std::size_t count, int channels, double peak);
+void restore_highlights_of(float* pixels, std::size_t count, int channels, double highlights);
 
 } // namespace fathom

@@ -3,7 +3,9 @@
 // with d the difference of colour between the pixel and the part of the picture that is q's. Kopf, Cohen, Lischinski and
 // Uyttendaele 2007, eq. 2; the picture is not upsampled here, so each q has a mean colour.
 
+#include "description/photograph.hpp"
 #include "camera/edge_upsampling.hpp"
+#include "description/check.hpp"
 #include "require.hpp"
 
 #include <algorithm>
@@ -131,7 +133,7 @@ std::vector<float> upsample_along_edges(const HostFloats& depth, const HostFloat
     return result;
 }
 
-void restore_highlights_of(float* pixels, std::size_t count, int channels, double peak) {
+void restore_highlights_of(float* pixels, std::size_t count, int channels, double highlights) {
     constexpr double from = 0.97,
                      nearly = 0.9; // nearly white: what makes it white changes it by 12 codes of sRGB at most
     constexpr double saturated = 0.11, pale = 0.2; // smallest channel over the largest
@@ -149,19 +151,19 @@ void restore_highlights_of(float* pixels, std::size_t count, int channels, doubl
         // A lamp that is brighter than white clips all channels, unless its colour is saturated. With one or two at white it is else a
         // pale surface or the sky, whose other channels say how bright it is.
         const double colored = std::clamp((pale - least / most) / (pale - saturated), 0.0, 1.0) * white(most, from);
-        const auto gain =
-            static_cast<float>(1 + (peak - 1) * std::max(std::min(white(middle, from), white(least, nearly)), colored));
+        const auto gain = static_cast<float>(
+            1 + (highlights - 1) * std::max(std::min(white(middle, from), white(least, nearly)), colored));
         for (int c = 0; c < 3; ++c)
             pixel[c] *= gain;
     }
 }
 
-void restore_highlights(std::span<float> color, int channels, double peak) {
-    require(std::isfinite(peak) && peak >= 1, "peak = ", peak, " must be finite and 1 or greater");
+void restore_highlights(std::span<float> color, int channels, double highlights) {
+    description::Check{}("highlights", highlights, description::highlights);
     require(channels == 3 || channels == 4, "channels = ", channels, " must be 3 or 4");
     const auto each = static_cast<std::size_t>(channels);
     require(color.size() % each == 0, color.size(), " floats are no pixels of ", channels, " channels");
-    restore_highlights_of(color.data(), color.size() / each, channels, peak);
+    restore_highlights_of(color.data(), color.size() / each, channels, highlights);
 }
 
 } // namespace fathom

@@ -1,21 +1,22 @@
 // Keys of a camera file that can be decoded, but that hardly anybody means.
-#include "key_doubts.hpp"
-
 #include "text.hpp"
 
+#include <fathom/camera_file.hpp>
 #include <fathom/presets.hpp>
+
+#include <nlohmann/json.hpp>
 
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <optional>
 
-namespace fathom::io {
+namespace fathom {
 namespace {
 
 using nlohmann::json;
 
-std::optional<double> number(const json& object, const char* key) {
+std::optional<double> number_of(const json& object, const char* key) {
     return object.contains(key) && object[key].is_number() ? std::optional(object[key].get<double>()) : std::nullopt;
 }
 
@@ -25,19 +26,20 @@ bool near_to(double a, double b, double tolerance) {
 
 void doubt_perspective(const json& own, double width, double height, std::vector<std::string>& said) {
     for (const char* key : {"fov_y_deg", "fov_x_deg"})
-        if (const auto angle = number(own, key); angle && *angle < std::numbers::pi)
+        if (const auto angle = number_of(own, key); angle && *angle < std::numbers::pi)
             said.push_back(text("\"perspective.", key, "\": ", *angle,
                                 " is a very narrow view; if these are radians, write ",
                                 std::round(*angle * 1800 / std::numbers::pi) / 10, " degrees"));
     const double aspect = width / height;
-    if (const auto given = number(own, "aspect");
+    if (const auto given = number_of(own, "aspect");
         given && near_to(*given, 1 / aspect, 0.02) && !near_to(aspect, 1, 0.05))
         said.push_back(text("\"perspective.aspect\": ", *given, " is height over width of this image of ", width, " x ",
                             height, "; it is width over height, or leave it out"));
 }
 
 void doubt_intrinsics(const json& own, bool from_centre, double width, double height, std::vector<std::string>& said) {
-    const auto fx = number(own, "fx"), fy = number(own, "fy"), cx = number(own, "cx"), cy = number(own, "cy");
+    const auto fx = number_of(own, "fx"), fy = number_of(own, "fy"), cx = number_of(own, "cx"),
+               cy = number_of(own, "cy");
     if (!fx || !fy || !cx || !cy)
         return;
     constexpr double widest = 11.4; // tan(85 degrees): 170 degrees and more
@@ -64,8 +66,9 @@ void doubt_intrinsics(const json& own, bool from_centre, double width, double he
 
 } // namespace
 
-std::vector<std::string> key_doubts(const json& keys, int width, int height) {
+std::vector<std::string> key_doubts(const std::string& camera_file, int width, int height) {
     std::vector<std::string> said;
+    const json keys = json::parse(camera_file, nullptr, false);
     if (!keys.is_object())
         return said;
     json all = keys;
@@ -88,4 +91,4 @@ std::vector<std::string> key_doubts(const json& keys, int width, int height) {
     return said;
 }
 
-} // namespace fathom::io
+} // namespace fathom

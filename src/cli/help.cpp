@@ -17,14 +17,23 @@ struct Row {
     std::string term, meaning;
 };
 
-std::string indented(const std::string& text, std::size_t columns) {
-    std::string result;
-    for (const char c : text) {
-        result += c;
-        if (c == '\n')
-            result.append(columns, ' ');
+// The words of a meaning in lines of one width.
+std::string below_each_other(const std::string& meaning, std::size_t indent) {
+    constexpr std::size_t most = 66;
+    const std::string next = '\n' + std::string(indent, ' ');
+    std::string text;
+    for (std::string line : CLI::detail::split(meaning, new_line)) {
+        text += text.empty() ? "" : next;
+        std::size_t column = 0;
+        std::ranges::replace(line, '\n', ' ');
+        for (const std::string& word : CLI::detail::split(line, ' ')) {
+            const bool fits = column + 1 + word.size() <= most;
+            text += column == 0 ? "" : fits ? " " : next;
+            column = column > 0 && fits ? column + 1 + word.size() : word.size();
+            text += word;
+        }
     }
-    return result;
+    return text;
 }
 
 struct Section {
@@ -42,7 +51,7 @@ std::string aligned(const std::vector<Section>& sections) {
     for (const Section& section : sections) {
         text += "\n" + section.title + ":\n";
         for (const Row& row : section.rows)
-            text += fmt::format("  {:<{}}  {}\n", row.term, width, indented(row.meaning, width + 4));
+            text += fmt::format("  {:<{}}  {}\n", row.term, width, below_each_other(row.meaning, width + 4));
     }
     return text;
 }

@@ -13,6 +13,9 @@ class ParseError;
 
 namespace fathom::cli {
 
+/// Begins a line of an option's meaning. Others end where they are full.
+inline constexpr char new_line = '\v';
+
 /// Lays out `--help`: what it does, usage, commands or options in aligned columns, then the command's notes. Options that
 /// all operations share are shown by `--help all` only.
 std::shared_ptr<CLI::FormatterBase> help_layout();

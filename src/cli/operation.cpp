@@ -41,7 +41,7 @@ std::optional<fathom::Operation> measured(const std::string& name) {
 
 void add_options(CLI::App& app, const description::Operation& operation, Arguments& arguments) {
     const auto set = [&](const Option& option, description::Value value) {
-        if (option.three == description::Three::color && option.kind == Kind::three) { // a matrix is B, G, R
+        if (option.kind == Kind::color) { // a matrix is B, G, R
             auto& color = std::get<std::array<double, 3>>(value);
             std::swap(color[0], color[2]);
         }
@@ -50,21 +50,15 @@ void add_options(CLI::App& app, const description::Operation& operation, Argumen
         operation.set(arguments.call.get(), option, value);
     };
     for (const Option& option : operation.options) {
-        if (option.kind == Kind::picture) {
+        if (option.kind == Kind::picture)
             arguments.color = &option;
-            add_picture_options(app, arguments.picture, option.words);
-        }
-        if (option.three == description::Three::color && option.kind == Kind::three)
-            set(option, parse(option, option.by_default.value()).value());
+        if (option.kind == Kind::color)
+            set(option, option.by_default.value());
     }
     add_described_options(app, operation.options, set, operation.group, {});
+    if (arguments.color)
+        add_picture_options(app, arguments.picture, arguments.color->words);
     add_result_options(app, operation, arguments.files);
-    for (const auto& [one, other] : operation.needing)
-        if (one)
-            app.get_option(spelled(one))->needs(app.get_option(spelled(other)));
-    for (const auto& [one, other] : operation.excluding)
-        if (one)
-            app.get_option(spelled(one))->excludes(app.get_option(spelled(other)));
     if (measured(operation.name))
         add_explain(app, arguments.explain, operation.group);
 }

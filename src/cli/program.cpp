@@ -57,21 +57,27 @@ Program::Program()
     app_->require_subcommand(1);
     app_->footer("Example:\n  fathom linearize frame.exr --camera camera.json -o frame.z.exr\n\n" +
                  std::string(exit_codes));
-    const auto add = [&](const char* name, const char* summary, const char* notes, const auto& configure) {
+    const auto add = [&](const char* name, const char* summary, const char* notes, const auto& configure,
+                         const description::Operation* operation = nullptr) {
         CLI::App* app = app_->add_subcommand(name, summary);
         app->footer(notes + std::string("\n\n") + exit_codes_in_short);
-        app->parse_complete_callback([this, run = configure(*app)] { action_ = run; });
+        app->parse_complete_callback([this, app, operation, run = configure(*app)] {
+            if (operation)
+                check_together(*app, *operation);
+            action_ = run;
+        });
     };
     std::vector<const Command*> own(commands().begin(), commands().end());
     for (const description::Operation& operation : description::operations()) {
         const std::string name = spelled(operation.name).substr(2);
         const auto command = std::ranges::find(own, name, &Command::name);
         if (command != own.end()) {
-            add((*command)->name, (*command)->summary, (*command)->notes, (*command)->configure);
+            add((*command)->name, (*command)->summary, (*command)->notes, (*command)->configure, &operation);
             own.erase(command);
         } else {
-            add(name.c_str(), operation.summary, operation.notes,
-                [&](CLI::App& app) { return configure_operation(app, operation); });
+            add(
+                name.c_str(), operation.summary, operation.notes,
+                [&](CLI::App& app) { return configure_operation(app, operation); }, &operation);
         }
     }
     for (const Command* command : own)

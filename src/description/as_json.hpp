@@ -7,57 +7,61 @@
 #include <cmath>
 #include <functional>
 #include <string>
-#include <string_view>
 
 /// What describes operations to other programs, which make panels and nodes from it.
 namespace fathom::description {
 
 inline const char* to_string(Kind kind) {
-    static constexpr const char* names[] = {"number",     "choice",  "flag",  "three numbers", "result", "picture",
-                                            "directions", "lengths", "depth", "region",        "lens"};
+    static constexpr const char* names[] = {"number",    "choice",     "flag",    "three numbers", "color",
+                                            "direction", "pixel",      "ray",     "lens",          "result",
+                                            "picture",   "directions", "lengths", "depth",         "region"};
     return names[static_cast<std::size_t>(kind)];
 }
 
-inline nlohmann::ordered_json as_json(const Operation& operation, const Option& option,
-                                      const std::vector<Option>& others) {
+inline nlohmann::ordered_json as_json(double number, bool whole) {
+    if (std::isinf(number))
+        return number > 0 ? "inf" : "-inf";
+    return whole ? nlohmann::ordered_json(static_cast<long long>(number)) : nlohmann::ordered_json(number);
+}
+
+inline nlohmann::ordered_json default_of(const Option& option) {
+    if (!option.by_default)
+        return nullptr;
+    if (const auto* number = std::get_if<double>(&*option.by_default))
+        return as_json(*number, option.is_whole());
+    if (const auto* yes = std::get_if<bool>(&*option.by_default))
+        return *yes;
+    if (const auto* three = std::get_if<std::array<double, 3>>(&*option.by_default))
+        return *three;
+    return option.default_in_words();
+}
+
+inline nlohmann::ordered_json as_json(const Option& option) {
     nlohmann::ordered_json json{{"name", option.name},
                                 {"kind", to_string(option.kind)},
                                 {"accepted", option.accepted()},
-                                {"words", option.words}};
-    const bool is_required = !option.by_default && option.kind != Kind::lens; // which other options make, too
-    if (!is_required)
-        json["default"] = option.by_default.value_or("that of the lens");
-    else
-        json["default"] = nullptr;
-    json["choices"] = option.choices;
-    const auto end = [](double value) {
-        return std::isinf(value) ? nlohmann::ordered_json(value > 0 ? "inf" : "-inf") : nlohmann::ordered_json(value);
-    };
-    if (option.range.few[0]) {
-        for (const std::optional<double>& number : option.range.few)
+                                {"words", option.words},
+                                {"required", option.required},
+                                {"default", default_of(option)},
+                                {"default_words", option.default_in_words()},
+                                {"choices", option.choices}};
+    const Range& range = option.range;
+    if (range.few[0]) {
+        for (const std::optional<double>& number : range.few)
             if (number)
-                json["values"].push_back(*number);
+                json["values"].push_back(as_json(*number, true));
     } else if (option.kind == Kind::number) {
-        json["whole"] = option.range.whole;
-        json["least"] = end(option.range.least);
-        json["least_excluded"] = option.range.least_excluded;
-        json["most"] = end(option.range.most);
-        json["most_excluded"] = option.range.most_excluded;
-        json["infinite"] = option.range.infinite;
-        if (option.range.beside)
-            json["beside"] = *option.range.beside;
+        json["whole"] = range.whole;
+        json["least"] = as_json(range.least, range.whole);
+        json["least_excluded"] = range.least_excluded;
+        json["most"] = as_json(range.most, range.whole);
+        json["most_excluded"] = range.most_excluded;
+        json["infinite"] = range.infinite;
+        if (range.beside)
+            json["beside"] = as_json(*range.beside, range.whole);
     }
-    json["needs"] = json["excludes"] = nlohmann::ordered_json::array();
-    const std::string_view name = option.name;
-    for (const auto& [one, other] : operation.needing)
-        if (one && one == name)
-            json["needs"].push_back(other);
-    for (const Option& other : others)
-        if (option.excludes(other) && name != other.name)
-            json["excludes"].push_back(other.name);
-    for (const auto& [one, other] : operation.excluding)
-        if (one && (one == name || other == name))
-            json["excludes"].push_back(one == name ? other : one);
+    json["needs"] = option.needs;
+    json["excludes"] = option.excludes;
     return json;
 }
 
@@ -77,7 +81,7 @@ inline nlohmann::ordered_json as_json(const Operation& operation,
     nlohmann::ordered_json options = nlohmann::ordered_json::array(), results = options;
     for (const std::vector<Option>* listed : {&operation.lens, &operation.options})
         for (const Option& option : *listed)
-            if (auto& json = options.emplace_back(as_json(operation, option, *listed)); spelled)
+            if (auto& json = options.emplace_back(as_json(option)); spelled)
                 json["program"] = spelled(option);
     for (const Result& result : operation.results_of(operation.make(nullptr).get(), {}))
         results.push_back(as_json(result));

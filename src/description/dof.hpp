@@ -20,10 +20,9 @@ void describe(const Visitor& v, Options& o) {
     v("quality", in<Quality>(o.quality), {"fast", "balanced", "accurate"},
       "speed against accuracy. accurate is also exact behind a blurred edge, in 4 times the time and more for large "
       "circles");
-    v("max_error", in<&MaxError::value>(o.quality), above(0).or_infinite(),
+    v("max_error", in<&MaxError::value>(o.quality), tolerated_error,
       "rms error of colours from 0 to 1, instead of a quality: takes the fastest quality whose measured error is at "
-      "most this in every scene of docs/performance.md",
-      "none");
+      "most this in every scene of docs/performance.md");
     v("sky", o.sky, {"blur", "sharp", "exclude"}, sky_words);
     v("max_coc_px", o.max_coc_px, between(1, 512), "largest blur, on either side of the focus, pixels");
     v("clean_plate", in<&CleanPlate::color>(o.clean_plate), Kind::picture,
@@ -37,7 +36,8 @@ struct DofCall {
                                    "Blurs a picture as a lens does that is focused on one depth: depth of field.",
                                .arguments = {"color"},
                                .group = "Blur",
-                               .layer = "dof"};
+                               .layer = "dof",
+                               .excluding = {{{"ratio", {"blades"}}}}};
 
     Image color = {};
     CircleOfConfusion circle = {};

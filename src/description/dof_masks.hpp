@@ -14,7 +14,7 @@ void describe(const Visitor& v, Options& o) {
     v("transition_px", o.transition_px, from(0), "circles larger by this are not in focus at all, pixels");
     v("sky", o.sky, {"blur", "sharp", "exclude"}, sky_words);
     v("max_coc_px", o.max_coc_px, above(0).or_infinite(),
-      "max CoC, on either side of the focus, pixels: circles end there");
+      "max CoC, on either side of the focus, pixels. Wider circles are set to it");
     v("near_weight", o.near_weight, a_result);
     v("focus_weight", o.focus_weight, a_result);
     v("far_weight", o.far_weight, a_result);
@@ -32,6 +32,7 @@ struct DofMasksCall {
         .name = "dof_masks",
         .summary = "Computes the size of each pixel's blur, and masks of what is near, in focus and far.",
         .group = "Masks",
+        .needing = {{{"tile_px", {"tile_min_coc", "tile_max_coc"}}}},
         .results = "DofMasks"};
 
     CircleOfConfusion circle = {};
@@ -54,7 +55,7 @@ void describe_results(const Visitor& v, DofMasksCall& call, const StoredDepth& s
     const DofMasksOptions& o = call.options;
     DofMasks& results = call.results;
     const auto pixel = floats(stored, 1), tile = tiles(stored, o.tile_px);
-    v("coc", results.coc, true, pixel, lengths("coc"),
+    v("coc", results.coc, true, pixel, lengths("coc", "pixels"),
       "diameter of the circle of confusion in pixels, positive behind the focus; NaN if invalid");
     v("near_weight", results.near_weight, o.near_weight, pixel, fractions("near"),
       "the weight of what lies before the focus: 1 there, 0 in focus and behind it");
@@ -62,7 +63,7 @@ void describe_results(const Visitor& v, DofMasksCall& call, const StoredDepth& s
       "the weight of what is in focus");
     v("far_weight", results.far_weight, o.far_weight, pixel, fractions("far"),
       "the weight of what lies behind the focus: 1 there, 0 in focus and before it");
-    v("max_near_coc", results.max_near_coc, o.max_near_coc, pixel, lengths("coc"),
+    v("max_near_coc", results.max_near_coc, o.max_near_coc, pixel, lengths("coc", "pixels"),
       "the largest near CoC that reaches each pixel, pixels");
     v("near_alpha", results.near_alpha, o.near_alpha, pixel, fractions("near"),
       "how much of each pixel the blurred near field covers");
@@ -70,9 +71,9 @@ void describe_results(const Visitor& v, DofMasksCall& call, const StoredDepth& s
       "where a blur shows what lies behind the near field: 1 there, else 0");
     v("mixed_pixels", results.mixed_pixels, o.mixed_pixels, pixel, fractions("mixed"),
       "which pixels have a depth that was averaged over an edge: 1 for them, else 0");
-    v("tile_min_coc", results.tile_min_coc, o.tile_min_coc, tile, lengths("min"),
+    v("tile_min_coc", results.tile_min_coc, o.tile_min_coc, tile, lengths("min", "pixels"),
       "the smallest CoC of each tile, pixels");
-    v("tile_max_coc", results.tile_max_coc, o.tile_max_coc, tile, lengths("max"),
+    v("tile_max_coc", results.tile_max_coc, o.tile_max_coc, tile, lengths("max", "pixels"),
       "the largest CoC of each tile, pixels");
 }
 

@@ -1,12 +1,9 @@
 #pragma once
 
 #include "description/range.hpp"
+#include "description/result.hpp"
 
-#include <fathom/lens.hpp>
-
-namespace fathom {
-struct LensArguments;
-}
+#include <fathom/lens_arguments.hpp>
 
 namespace fathom::description {
 
@@ -27,19 +24,28 @@ template <typename Visitor, Is<LensArguments> Arguments>
 void describe(const Visitor& v, Arguments& lens) {
     v("focus", lens.focus, above(0).or_infinite(), "depth that is sharp: distance along the view axis, scene units",
       "\"focus_distance\" of the camera file");
+    v("focus_at", lens.focus_at, Kind::pixel,
+      "focus on the surface under this pixel, counted from the first pixel of the image (EXR: of its display window)");
+    v("focus_along", lens.focus_along, Kind::ray,
+      "focus on the depth of the point at this distance along a pixel's ray");
     describe_optics(v, lens);
 }
 
 inline constexpr const char* sky_words =
     "blur: the background is infinitely far; sharp: it is in focus; exclude: it is left out like invalid pixels";
 
-inline constexpr Range circle_numbers = from(0);
+/// A circle is given instead of a lens, and one focus.
+inline constexpr Relation lens_excluding[] = {
+    {"circle", {"focus", "focus_at", "focus_along", "f_stop", "focal_length_mm", "sensor_mm"}},
+    {"focus", {"focus_at", "focus_along"}},
+    {"focus_at", {"focus_along"}}};
 
 /// A circle of confusion, which a lens may stand for.
 template <typename Visitor, typename Circle>
 void describe_circle(const Visitor& v, Circle& circle) {
     v("circle", circle, Kind::lens,
-      "k and g instead of a lens: circles are k - g/z pixels wide, or g z - k for an orthographic camera");
+      "k and g instead of a lens: circles are k - g/z pixels wide, or g z - k for an orthographic camera",
+      "that of the lens");
 }
 
 } // namespace fathom::description

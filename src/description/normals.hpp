@@ -13,10 +13,9 @@ void describe(const Visitor& v, Options& o) {
     v("method", in<NormalMethod>(o.method), {"automatic", "neighbours", "least-squares"},
       "how slopes are found: from neighbours on the same surface, or from a plane fitted to a window, for quantised "
       "depth (least-squares). automatic fits for depth of 16 bits and fewer and for noise");
-    v("max_error", in<&MaxError::value>(o.method), above(0).or_infinite(),
+    v("max_error", in<&MaxError::value>(o.method), tolerated_error,
       "mean error in degrees, instead of a method: takes the fastest method whose measured error is at most this in "
-      "every scene of docs/performance.md",
-      "none");
+      "every scene of docs/performance.md");
     v("noise", o.noise, from_to_less_than(0, 1),
       "standard deviation of a sensor's noise over the depth, such as 9e-4: planes are fitted to wider windows");
     v("tolerance", o.tolerance, above(0), "how far depth may be off, in half steps of its storage");
@@ -37,7 +36,7 @@ N.X N.Y N.Z. Invalid and background pixels have 0 0 0. A .png holds ½n + ½ in 
 Example:
   fathom normals frame.exr --camera camera.json -o frame.normals.exr --space world)",
         .group = "Normals",
-        .excluding = {{{"noise", "max_error"}}}};
+        .excluding = {{{"noise", {"max_error"}}}}};
 
     NormalsOptions options = {};
     Image result = {};

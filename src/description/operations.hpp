@@ -14,7 +14,10 @@
 #include <fathom/tiles.hpp>
 
 #include <algorithm>
+#include <functional>
 #include <memory>
+#include <string>
+#include <string_view>
 #include <tuple>
 #include <vector>
 
@@ -22,6 +25,12 @@ namespace fathom::description {
 
 /// The operations, in the order of `fathom --help`.
 using Calls = std::tuple<LinearizeCall, UnprojectCall, NormalsCall, SsaoCall, DofMasksCall, DofCall, FogCall>;
+
+/// An option that was given, and which of its choices.
+struct Given {
+    const Option* option;
+    std::optional<std::size_t> choice = {};
+};
 
 /// An operation for whoever calls it without knowing it.
 struct Operation : Said {
@@ -36,6 +45,63 @@ struct Operation : Said {
         option.set_field(static_cast<char*>(call) + option.offset, value);
     }
 };
+
+/// Fills in which options need and exclude others: images of one field belong together, and other fields of one variant do not.
+inline void relate(Operation& operation) {
+    std::vector<Option*> all;
+    for (std::vector<Option>* listed : {&operation.lens, &operation.options})
+        for (Option& one : *listed) {
+            all.push_back(&one);
+            for (const Option& other : *listed)
+                if (&one != &other && one.offset == other.offset) {
+                    if (one.alternative != other.alternative)
+                        one.excludes.push_back(other.name);
+                    else if (one.is_image() && other.is_image())
+                        one.needs.push_back(other.name);
+                }
+        }
+    const auto add = [&](const auto& relations, std::vector<std::string_view> Option::*list, bool mutual) {
+        for (const Relation& relation : relations)
+            for (const char* other : relation.others)
+                for (Option* option : all) {
+                    if (other && option->name == std::string_view(relation.option))
+                        (option->*list).emplace_back(other);
+                    if (other && mutual && option->name == std::string_view(other))
+                        (option->*list).emplace_back(relation.option);
+                }
+    };
+    add(operation.needing, &Option::needs, false);
+    add(operation.excluding, &Option::excludes, true);
+    if (!operation.lens.empty())
+        add(lens_excluding, &Option::excludes, true);
+    for (Option* option : all)
+        option->excludes.erase(std::unique(option->excludes.begin(), option->excludes.end()), option->excludes.end());
+}
+
+/// What is wrong with options that are given together; empty if nothing is. `spelled` gives their names in messages.
+inline std::string wrong_together(const Operation& operation, const std::vector<Given>& given,
+                                  const std::function<std::string(const Option&)>& spelled) {
+    for (const Given& one : given)
+        for (const Given& other : given)
+            if (one.option != other.option && std::ranges::count(one.option->excludes, other.option->name) > 0)
+                return text(spelled(*other.option), " and ", spelled(*one.option),
+                            " exclude each other: give one of the two");
+    for (const auto& [option, choice] : given) {
+        std::vector<std::string> needs;
+        bool has_one = option->needs.empty();
+        for (const std::string_view need : option->needs) {
+            const std::string_view name = need.substr(0, need.find('=')), value = need.substr(name.size());
+            has_one = has_one || std::ranges::any_of(given, [&](const Given& each) {
+                          return each.option->name == name &&
+                                 (value.empty() || each.option->choices[*each.choice] == value.substr(1));
+                      });
+            needs.push_back(text(spelled(*std::ranges::find(operation.options, name, &Option::name)), value));
+        }
+        if (!has_one)
+            return text(spelled(*option), ": is of no use without ", in_words(needs));
+    }
+    return "";
+}
 
 template <typename Call>
 Operation operation_of() {
@@ -64,6 +130,7 @@ Operation operation_of() {
         };
     if (LensArguments lens; std::ranges::count(made.options, Kind::lens, &Option::kind) > 0)
         describe(List(&lens, made.lens), lens);
+    relate(made);
     return made;
 }
 

@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cmath>
+#include <initializer_list>
 #include <limits>
 #include <optional>
 #include <string>
@@ -114,22 +115,63 @@ enum class Kind {
     number,
     choice,
     flag,
-    three,
+    point,     ///< three finite numbers
+    color,     ///< the same, red first
+    direction, ///< the same, not all of them 0
+    pixel,
+    ray,        ///< a pixel and a distance along its ray
+    lens,       ///< a circle of confusion, or the lens that makes one
     result,     ///< a flag that asks for a result of this name
     picture,    ///< 3 or 4 channels
     directions, ///< an image of 3 or 4 floats a pixel
     lengths,    ///< an image of one float a pixel
     depth,      ///< stored depth of the same camera
     region,     ///< a part of the depth image
-    lens,       ///< a circle of confusion, or the lens that makes one
 };
 inline constexpr Kind a_result = Kind::result;
 
-/// What three numbers may be.
-enum class Three {
-    finite,
-    color,     ///< finite, red first
-    direction, ///< finite, and not all of them 0
+inline bool is_three(Kind kind) {
+    return kind >= Kind::point && kind <= Kind::direction;
+}
+
+/// Of a tolerance, instead of a way to compute something.
+inline constexpr Range tolerated_error = above(0).or_infinite();
+/// Of a circle's k and g.
+inline constexpr Range circle_numbers = from(0);
+/// Of a distance along a pixel's ray.
+inline constexpr Range ray_distance = above(0).or_infinite();
+
+/// What will do for an option that is no number and no choice.
+inline std::string in_words(Kind kind) {
+    static constexpr const char* words[] = {"",
+                                            "",
+                                            "yes or no",
+                                            "three finite numbers",
+                                            "three finite numbers",
+                                            "three finite numbers, one of which is not 0",
+                                            "two whole numbers: x and y",
+                                            "a pixel's two whole numbers and a distance ",
+                                            "two numbers ",
+                                            "yes or no",
+                                            "an image of 3 or 4 channels",
+                                            "an image of 3 or 4 floats a pixel",
+                                            "an image of one float a pixel",
+                                            "stored depth of the same camera",
+                                            "four whole numbers: x, y, width and height"};
+    return words[static_cast<std::size_t>(kind)] + (kind == Kind::ray    ? ray_distance.limits()
+                                                    : kind == Kind::lens ? circle_numbers.limits() + ", k and g"
+                                                                         : "");
+}
+
+/// What an option accepts: numbers of a range, one of a few words, or what its kind says.
+struct Accepts {
+    constexpr Accepts(const Range& numbers) : kind(Kind::number), range(numbers) {}
+    constexpr Accepts(std::initializer_list<const char*> words) : kind(Kind::choice), choices(words) {}
+    constexpr Accepts(Kind its) : kind(its) {}
+
+    Kind kind;
+    Range range = {};
+    std::initializer_list<const char*> choices = {};
 };
 
 } // namespace fathom::description

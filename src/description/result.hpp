@@ -6,14 +6,19 @@
 #include <algorithm>
 #include <array>
 #include <optional>
-#include <utility>
 #include <vector>
 
 namespace fathom::description {
 
+/// An option, and others: one of which it needs, or none of which may be given beside it. "space=world" is an option of this value.
+struct Relation {
+    const char* option;
+    std::array<const char*, 6> others;
+};
+
 /// What is said of an operation beside its options and its results.
 struct Said {
-    using Pairs = std::array<std::pair<const char*, const char*>, 2>; ///< of options
+    using Relations = std::array<Relation, 2>;
 
     const char* name;
     const char* summary;
@@ -21,7 +26,7 @@ struct Said {
     std::array<const char*, 2> arguments = {}; ///< options that a call need not name, in their order
     const char* group = "";                    ///< of the program's options
     const char* layer = "";                    ///< of an EXR to which a result of few words is appended
-    Pairs needing = {}, excluding = {};        ///< the first is nothing without the second, or beside it
+    Relations needing = {}, excluding = {};    ///< between options, beside those of one variant
     const char* results = nullptr;             ///< the struct of several results
     bool first_alone = false;                  ///< is the first of them given without the struct if it is all there is?
 };
@@ -66,10 +71,11 @@ inline Shape like(const Image& color) {
 struct Content {
     enum class Of { lengths, fractions, directions, light } of;
     const char* channels;
+    const char* unit = ""; ///< if it has one that is not said for the whole file
 };
 
-constexpr Content lengths(const char* channels) {
-    return {Content::Of::lengths, channels};
+constexpr Content lengths(const char* channels, const char* unit = "") {
+    return {Content::Of::lengths, channels, unit};
 }
 constexpr Content fractions(const char* channels) {
     return {Content::Of::fractions, channels};

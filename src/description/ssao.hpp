@@ -27,10 +27,9 @@ void describe(const Visitor& v, Options& o) {
     v("half_resolution", in<&Sampling::half_resolution>(o.sampling), Kind::flag,
       "compute every second pixel of every second row, and interpolate along the surfaces",
       "the quality chooses it for blocks where the radius covers many pixels");
-    v("max_error", in<&MaxError::value>(o.sampling), above(0).or_infinite(),
+    v("max_error", in<&MaxError::value>(o.sampling), tolerated_error,
       "rms error of visibility, instead of a quality: takes the fastest method whose measured error is at most this in "
-      "every scene of docs/performance.md",
-      "none");
+      "every scene of docs/performance.md");
     v("thickness", in<double>(o.thickness), from(0).or_infinite(),
       "how thick surfaces are along their rays, scene units. Infinity suits terrain and reliefs",
       "a quarter of the radius");
@@ -45,7 +44,8 @@ void describe(const Visitor& v, Options& o) {
       "open: nothing lies outside the image; clamp: the pixels of its border repeat there");
     v("tolerance", o.tolerance, above(0),
       "how far depth may be off, in half steps of its storage. Raise it for a noisy sensor");
-    v("seed", o.seed, whole(0, 4294967295.0), "turns the jitter");
+    v("seed", o.seed, whole(0, 4294967295.0),
+      "another number gives another pattern of jitter, as frames need that are averaged");
     v("normals", o.normals, Kind::directions, "normals of unit length, which nobody checks", "from the depth");
     v("normals_space", o.normals_space, {"view", "world"},
       "axes of the normals that are given: the camera's or the world's, which need the camera's view matrix");
@@ -59,6 +59,7 @@ struct SsaoCall {
                                .summary = "Computes ambient occlusion: how much ambient light reaches each pixel.",
                                .arguments = {"radius"},
                                .group = "Occlusion",
+                               .needing = {{{"normals_space", {"normals"}}}},
                                .results = "Occlusion",
                                .first_alone = true};
 

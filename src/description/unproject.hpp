@@ -11,7 +11,7 @@ template <typename Visitor, Is<UnprojectOptions> Options>
 void describe(const Visitor& v, Options& o) {
     v("space", o.space, {"view", "world"},
       "axes of the positions: the camera's, or the world's, which need the camera's view matrix");
-    v("origin", o.origin, Three::finite,
+    v("origin", o.origin, Kind::point,
       "the point of the world that positions are counted from. A point in the scene keeps floats exact far away from "
       "the world's origin");
     v("channels", o.channels, one_of(3.0, 4.0), "x, y and z, and with 4 also w: 1, or 0 where there is no position");
@@ -31,7 +31,8 @@ are NaN. A PLY leaves them out. It may have the points' colours (--color, sRGB o
 
 Example:
   fathom unproject frame.exr --camera camera.json -o points.ply --space world)",
-        .group = "Positions"};
+        .group = "Positions",
+        .needing = {{{"origin", {"space=world"}}}}};
 
     UnprojectOptions options = {};
     Image result = {};
@@ -41,7 +42,7 @@ Example:
 
 template <typename Visitor>
 void describe_results(const Visitor& v, UnprojectCall& call, const StoredDepth& stored) {
-    v("result", call.result, true, floats(stored, call.options.channels), lengths("P.X P.Y P.Z"),
+    v("result", call.result, true, floats(stored, call.options.channels), lengths("P.X P.Y P.Z", "scene units"),
       "x, y, z in scene units. Pixels without a position are NaN");
 }
 

@@ -2,6 +2,8 @@
 #include <fathom/doubts.hpp>
 
 #include "camera/form.hpp"
+#include "description/check.hpp"
+#include "description/ssao.hpp"
 #include "doubts/lengths.hpp"
 #include "doubts/look.hpp"
 #include "doubts/stored_values.hpp"
@@ -448,6 +450,7 @@ std::vector<std::string> depth_doubts(const Camera& camera, const HostDepth& sto
 }
 
 std::vector<std::string> radius_doubts(const Camera& camera, const HostDepth& stored, double radius) {
+    description::Check{}("radius", radius, description::ssao_radius);
     return asked_of(camera, stored, [&](const Subject& subject) { return radius_doubts(subject, radius); });
 }
 

@@ -2,7 +2,8 @@
 #include "color_encoding.hpp"
 
 #include "camera/edge_upsampling.hpp"
-#include "require.hpp"
+#include "description/check.hpp"
+#include "description/photograph.hpp"
 
 #include <opencv2/core.hpp>
 
@@ -30,12 +31,12 @@ const char* to_string(ColorEncoding encoding) {
     return encoding == ColorEncoding::linear ? "linear" : "sRGB";
 }
 
-void restore_highlights(Picture& picture, double peak) {
-    require(std::isfinite(peak) && peak >= 1, text("peak = ", peak, " must be finite and 1 or greater"));
-    if (picture.format.bits == 32 || peak == 1) // floats go beyond white
+void restore_highlights(Picture& picture, double highlights) {
+    description::Check{}("highlights", highlights, description::highlights);
+    if (picture.format.bits == 32 || highlights == 1) // floats go beyond white
         return;
     for_each_pixel(picture.color, [&, channels = picture.color.channels()](float* pixel) {
-        restore_highlights_of(pixel, 1, channels, peak);
+        restore_highlights_of(pixel, 1, channels, highlights);
     });
 }
 

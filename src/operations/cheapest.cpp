@@ -103,7 +103,7 @@ const char* to_string(Operation operation) {
 
 MeasuredMethod cheapest_method(Operation operation, const Tile& tile, double max_error) {
     description::Check{}("operation", operation, {"ssao", "dof", "normals"});
-    require(max_error > 0, "max_error = ", max_error, " must be greater than 0");
+    description::Check{}("max_error", max_error, description::tolerated_error);
     std::vector<MeasuredMethod> list = measured_for(measured_methods(), to_string(operation), storage_of(tile));
     const PixelLattice half = pixel_lattice(tile, 2);
     if (half.width == 0 || half.height == 0) // the tile is a single odd row or column

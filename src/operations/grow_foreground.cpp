@@ -4,9 +4,9 @@
 
 #include <fathom/linearize.hpp>
 
-#include "description/range.hpp"
+#include "description/check.hpp"
+#include "description/photograph.hpp"
 #include "operations/moved_values.hpp"
-#include "require.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -16,8 +16,7 @@ namespace fathom {
 
 void grow_foreground(const StoredDepth& stored, const Image& result, int pixels) {
     check_stored(stored);
-    constexpr description::Range range = description::whole(0, most_grown_pixels);
-    require(range.holds(pixels), "grow_foreground by ", pixels, " pixels: must be ", range.in_words());
+    description::Check{}("pixels", pixels, description::grown_pixels);
     MovedValues image(stored, result);
     const int width = image.width, height = image.height;
     for (int y = 0; y < height; ++y) {

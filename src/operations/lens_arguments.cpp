@@ -2,6 +2,7 @@
 
 #include <fathom/lens_arguments.hpp>
 
+#include "description/range.hpp"
 #include "require.hpp"
 
 #include <fathom/linearize.hpp>
@@ -68,6 +69,8 @@ double focus_of(const LensArguments& lens, const StoredDepth& stored) {
         return depth_at(stored, lens.focus_at->x, lens.focus_at->y);
     if (lens.focus_along) {
         const auto& [pixel, distance] = *lens.focus_along;
+        require(description::ray_distance.holds(distance), "focus_along = (", pixel.x, ", ", pixel.y, ", ", distance,
+                ") must be ", in_words(description::Kind::ray));
         return depth_along_ray(stored.camera, pixel.x + 0.5, pixel.y + 0.5, distance);
     }
     require(lens.focus.has_value(), "the lens has no focus");

@@ -3,7 +3,6 @@
 
 #include "results.hpp"
 
-#include "camera_file/key_doubts.hpp"
 #include "io/exr/depth_channels.hpp"
 #include "io/floats_on_host.hpp"
 #include "io/formats.hpp"
@@ -153,6 +152,10 @@ void Steps::load(Work& work) const {
     work.option_doubts = later([&] { return more_.doubts ? more_.doubts(job) : std::vector<std::string>{}; });
     if (work.rows && more_.picture_rows)
         work.picture = more_.picture_rows(job);
+    if (work.rows && more_.picture && !work.picture)
+        check_fits(job, more_.companions[*more_.picture].option + ' ' + job.companions[*more_.picture].native(),
+                   "save it as .exr or .tif",
+                   row_bytes(work.rows->size().width, true) * static_cast<std::size_t>(work.rows->size().height));
     if (!work.picture)
         frame.images = later([&] { return more_.read ? more_.read(job) : Images{}; });
     work.picture_size = picture_size(work);
@@ -301,7 +304,7 @@ void Steps::find_doubts(Work& work) const {
                           "(fathom inspect shows the depths that there are)"
                         : *refused);
     const cv::Size display = size_for(work.camera, work.depth.windows, work.picture_size);
-    work.camera_doubts = io::key_doubts(nlohmann::json::parse(work.camera.text), display.width, display.height);
+    work.camera_doubts = key_doubts(work.camera.text, display.width, display.height);
 }
 
 cv::Mat Steps::decoded(const Work& work, const cv::Mat& values, int first_row) const {

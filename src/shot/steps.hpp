@@ -118,6 +118,7 @@ private:
     void load(Work& work) const;
     ReadOptions read_options(const Work& work) const;
     bool goes_by_strips(const Job& job, const io::DepthRows& rows) const;
+    void check_fits(const Job& job, const std::string& option, const char* cure, std::size_t bytes) const;
     std::unique_ptr<io::IgnoredRows> ignored_rows(const Work& work) const;
     void find_invalid_value(Work& work) const;
     void ignore(const Work& work, cv::Mat& values, io::IgnoredRows* mask) const;

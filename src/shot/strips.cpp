@@ -5,7 +5,10 @@
 
 #include "io/floats_on_host.hpp"
 
+#include <fathom/error.hpp>
 #include <fathom/opencv.hpp>
+
+#include <fmt/format.h>
 
 #include <opencv2/core.hpp>
 
@@ -22,9 +25,21 @@ bool Steps::goes_by_strips(const Job& job, const io::DepthRows& rows) const {
     const auto [width, height] = rows.size();
     const bool too_many =
         static_cast<std::size_t>(width) * static_cast<std::size_t>(height) > strip_limits.whole_pixels * strip_scale();
-    const bool too_large =
-        options_.memory > 0 && row_bytes(width, false) * static_cast<std::size_t>(height) > options_.memory;
-    return more_.reach && takes_rows && !records_ && !options_.append && (too_many || too_large);
+    const std::size_t bytes = row_bytes(width, false) * static_cast<std::size_t>(height);
+    const bool too_large = options_.memory > 0 && bytes > options_.memory;
+    const std::string whole = options_.append ? "--append" : records_ ? "--resume" : more_.whole;
+    if (takes_rows && !whole.empty())
+        check_fits(job, whole, "leave it out", bytes);
+    return more_.reach && takes_rows && whole.empty() && (too_many || too_large);
+}
+
+// Refuses an image that an option needs whole, and for which --memory leaves no room. Small ones are taken whatever it says.
+void Steps::check_fits(const Job& job, const std::string& option, const char* cure, std::size_t bytes) const {
+    constexpr std::size_t mib = std::size_t{1} << 20, small = 64 * mib;
+    if (options_.memory > 0 && bytes > std::max(options_.memory, small))
+        throw Error(fmt::format("{}: {} needs the whole image, which takes {} bytes, more than --memory allows; {}, or "
+                                "say --memory {}M",
+                                job.input.native(), option, bytes, cure, (bytes + mib - 1) / mib));
 }
 
 // What a row of the images takes: depth, two copies of it, the results and their files, and a picture.

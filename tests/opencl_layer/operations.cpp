@@ -1,7 +1,9 @@
 #include "operations.hpp"
 
+#include "description/operations.hpp"
 #include "runtime/opencl.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <cstring>
@@ -215,18 +217,38 @@ Operation with_inputs(std::string name, Run run) {
             }};
 }
 
+/// A call of an operation as it is described, with what it needs, and with every result if that is asked for.
+Operation described(const description::Operation& operation, bool every_result) {
+    return {operation.name + std::string(every_result ? ", every result" : ""),
+            [&operation, every_result](const Device& device) {
+                const Inputs in(device);
+                const std::shared_ptr<void> call = operation.make(nullptr);
+                for (const description::Option& option : operation.options)
+                    if (option.kind == description::Kind::picture && option.required)
+                        operation.set(call.get(), option, in.color);
+                    else if (option.kind == description::Kind::lens)
+                        operation.set(call.get(), option, lens);
+                    else if (option.kind == description::Kind::number && !option.by_default && !option.alternative)
+                        operation.set(call.get(), option, 0.5);
+                    else if (option.kind == description::Kind::result && every_result)
+                        operation.set(call.get(), option, true);
+                std::vector<Image> made;
+                for (const description::Result& result : operation.results_of(call.get(), in.stored))
+                    if (result.wanted)
+                        made.push_back(*result.image = Image(device, result.shape.element, result.shape.layout));
+                operation.run(call.get(), in.stored, {});
+                return bytes(made);
+            }};
+}
+
 std::vector<Operation> make_all() {
     using In = const Inputs&;
     constexpr Sampling accurate{.quality = Quality::accurate}, half{.half_resolution = true};
-    return {
-        with_inputs("linearize", [](In in) { return linearize(in.stored).image; }),
+    std::vector<Operation> all{
         with_inputs("linearize, 16 bits", [](In in) { return linearize(in.coarse).image; }),
-        with_inputs("unproject", [](In in) { return unproject(in.stored); }),
         with_inputs("unproject into the world",
                     [](In in) { return unproject(in.stored, {.space = Space::world, .channels = 4}); }),
-        with_inputs("normals", [](In in) { return normals(in.stored); }),
         with_inputs("normals, fitted", [](In in) { return normals(in.coarse); }),
-        with_inputs("ssao", [](In in) { return ssao(in.stored, 0.5); }),
         with_inputs("ssao, accurate, everything asked for",
                     [](In in) {
                         return ssao(in.stored, 0.5, {.sampling = accurate, .bent_normal = true, .confidence = true});
@@ -239,11 +261,8 @@ std::vector<Operation> make_all() {
         with_inputs("ssao, thickness from the silhouette",
                     [](In in) { return ssao(in.stored, 0.5, {.thickness = Silhouette{}}); }),
         with_inputs("ssao, 16 bits", [](In in) { return ssao(in.coarse, 0.5); }),
-        with_inputs("dof_masks", [](In in) { return dof_masks(in.stored, lens, weights); }),
-        with_inputs("dof_masks, all of them", [](In in) { return dof_masks(in.stored, lens, every_mask()); }),
         {"dof_masks, all of them into regions", masks_into_regions},
         with_inputs("dof, fast", [](In in) { return blurred(in, {.quality = Quality::fast}); }),
-        with_inputs("dof, balanced", [](In in) { return blurred(in, {}); }),
         with_inputs("dof, accurate",
                     [](In in) { return blurred(in, {.aperture = {.blades = 6}, .quality = Quality::accurate}); }),
         with_inputs("dof, clean plate",
@@ -253,7 +272,6 @@ std::vector<Operation> make_all() {
         with_inputs("dof, pinhole", [](In in) { return dof(in.stored, in.color, {}); }),
         with_inputs("fill_invalid", [](In in) { return fill_invalid(in.stored).image; }),
         with_inputs("grow_foreground", [](In in) { return grow_foreground(in.stored, 2).image; }),
-        with_inputs("fog", [](In in) { return fog(in.stored, in.color, {.density = 0.02}); }),
         with_inputs("fog, thinner with the height",
                     [](In in) { return fog(in.stored, in.color, {.density = 0.02, .height_falloff = 0.3}); }),
         {"four in a row", four_in_a_row},
@@ -264,6 +282,12 @@ std::vector<Operation> make_all() {
         {"from an odd address", from_an_odd_address},
         {"depth_at", focus},
     };
+    for (const description::Operation& operation : description::operations()) {
+        all.push_back(described(operation, false));
+        if (std::ranges::count(operation.options, description::Kind::result, &description::Option::kind) > 0)
+            all.push_back(described(operation, true));
+    }
+    return all;
 }
 
 } // namespace

@@ -1,5 +1,6 @@
 // fathom dof
 #include "description/dof.hpp"
+#include "description/photograph.hpp"
 
 #include "cli/command.hpp"
 #include "cli/options/depth_options.hpp"
@@ -149,14 +150,12 @@ Picture blur(const DofArguments& options, const StoredDepth& stored, Loaded& fra
 
 void add_clean_plate_options(CLI::App& app, DofArguments& options) {
     const std::vector<description::Option> described = description::options_of(options.dof);
-    CLI::Option* clean_plate =
-        app.add_option("--clean-plate", options.clean_plate, described_words(described, "--clean-plate"))
-            ->type_name("IMAGE")
-            ->group("Picture");
+    app.add_option("--clean-plate", options.clean_plate, described_words(described, "--clean-plate"))
+        ->type_name("IMAGE")
+        ->group("Picture");
     app.add_option("--clean-plate-depth", options.clean_plate_depth,
                    described_words(described, "--clean-plate-depth", " (default: the clean plate's own file)"))
         ->type_name("DEPTH")
-        ->needs(clean_plate)
         ->group("Picture");
 }
 
@@ -169,23 +168,25 @@ std::function<int()> configure_dof(CLI::App& app) {
     add_lens_options(app, options->lens);
     add_blur_options(app, options->dof);
     add_explain(app, options->explain, "Blur");
+    const auto within = [](const description::Range& range) {
+        return is_a_number(range.in_words().substr(2), [=](double n) { return range.holds(n); });
+    };
     app.add_option("--highlights", options->highlights,
                    "how many times brighter than white a white is taken to be, which\n"
                    "a photograph has cut off (default: 1; try 1.05 for a JPEG)")
         ->type_name("X")
-        ->check(is_a_number("number from 1", [](double x) { return x >= 1; }))
+        ->check(within(description::highlights))
         ->group("Blur");
     add_enum_option(app, "--invalid", options->fill, {{"keep", false}, {"fill", true}},
                     "pixels without a depth keep the picture where no blur reaches\n"
                     "them (keep; default), or take the depth of the farther valid\npixel beside them (fill)")
         ->group("Blur");
-    constexpr description::Range pixels = description::whole(0, most_grown_pixels);
     app.add_option("--grow-foreground", options->grow_foreground,
                    "makes the depth of near surfaces larger by N pixels before the\n"
                    "blur, for depth that is soft or lies beside its picture's edges,\n" +
-                       pixels.limits() + " (default: 0; with --relative: 1)")
+                       description::grown_pixels.limits() + " (default: 0; with --relative: 1)")
         ->type_name("N")
-        ->check(is_a_number(pixels.in_words().substr(2), [=](double n) { return pixels.holds(n); }))
+        ->check(within(description::grown_pixels))
         ->group("Blur");
     add_relative_options(app, options->relative);
     options->camera.or_relative = true;
@@ -208,7 +209,12 @@ std::function<int()> configure_dof(CLI::App& app) {
                 {"--clean-plate-depth", options->clean_plate_depth.value_or(*options->clean_plate)});
         }
         more.read = [options](const Job& job) { return read_images(*options, job); };
-        if (!options->clean_plate && !options->fill && !grown_pixels(*options) && !options->lens.focus_at) {
+        more.whole = options->clean_plate     ? "--clean-plate"
+                     : options->fill          ? "--invalid fill"
+                     : grown_pixels(*options) ? "--grow-foreground"
+                     : options->lens.focus_at ? "--focus-at"
+                                              : "";
+        if (more.whole.empty()) {
             more.looks_first = true;
             more.reach = [options](const Tile& tile, const Look& look, const Job& job) {
                 return reach(tile, options->dof, widest_circle(options->lens, tile, look, options->dof.sky, job));

@@ -21,18 +21,35 @@
 namespace fathom::cli {
 namespace {
 
-enum class Mask { circle, near, focus, far };
-
 struct DofMasksArguments : DepthOptions {
     LensArguments lens;
     DofMasksOptions masks;
-    std::optional<Mask> mask;
+    std::optional<std::size_t> mask; // of `channels`
     PictureOptions picture;
     std::map<std::string, std::string> more; // files of other results, by their names
 };
 
-const std::vector<std::string> channels{"coc", "near", "focus", "far"};
 const description::Operation& described_masks = description::operation<description::DofMasksCall>();
+
+// The results that go into one file: the circle, and those that have no option. A mask alone is one of them.
+std::vector<description::Result> in_one_file(description::DofMasksCall& call, std::optional<std::size_t> mask) {
+    std::vector<description::Result> all = described_masks.results_of(&call, {});
+    std::erase_if(all,
+                  [](const description::Result& result) { return !result.wanted && !spelled(result.name).empty(); });
+    for (std::size_t i = 1; i < all.size(); ++i)
+        for (const description::Option& option : described_masks.options)
+            if (option.name == std::string_view(all[i].name))
+                described_masks.set(&call, option, !mask || mask == i);
+    return all;
+}
+
+std::vector<std::string> channels_of(description::DofMasksCall call) {
+    std::vector<std::string> channels;
+    for (const description::Result& result : in_one_file(call, {}))
+        channels.emplace_back(result.content.channels);
+    return channels;
+}
+const std::vector<std::string> channels = channels_of({});
 
 // What is written: all masks, which only an EXR holds, or the one that was asked for.
 Product product_for(const DofMasksArguments& options) {
@@ -43,12 +60,11 @@ Product product_for(const DofMasksArguments& options) {
                                          options.output, extension, CLI::detail::join(channels, "|")));
         return {.extensions = {".exr"}, .channels = channels, .layer = "depth"};
     }
-    Product product{.extensions = {".exr", ".tif", ".pfm", ".npy", ".png"},
-                    .channels = {channels[static_cast<std::size_t>(*options.mask)]},
-                    .layer = "depth"};
-    product.png_scale = options.png_scale;
-    if (options.mask != Mask::circle && !product.png_scale)
-        product.png_scale = 1;
+    description::DofMasksCall call;
+    Product product = product_of(described_masks, in_one_file(call, {})[*options.mask]);
+    product.layer = "depth";
+    if (options.png_scale)
+        product.png_scale = options.png_scale;
     return product;
 }
 
@@ -67,16 +83,16 @@ cv::Mat masks_of(const DofMasksArguments& options, const StoredDepth& stored, co
     const auto pixels_of = [=](int, int made) {
         return static_cast<std::size_t>(width) * static_cast<std::size_t>(made);
     };
-    DofMasksOptions asked = options.masks;
-    asked.near_weight = !options.mask || options.mask == Mask::near;
-    asked.focus_weight = !options.mask || options.mask == Mask::focus;
-    asked.far_weight = !options.mask || options.mask == Mask::far;
+    description::DofMasksCall call{.circle = circle, .options = options.masks};
+    const std::vector<description::Result> results = in_one_file(call, options.mask);
     cv::Mat all(height, width, CV_32FC(options.mask ? 1 : static_cast<int>(channels.size())));
     for (const auto& [begin, end, first, last] : bands({0, height, height, {0}, pixels_of}, most_pixels)) {
-        const DofMasks masks = dof_masks(stored.region(0, begin, width, end - begin), circle, asked);
-        const std::vector<Image> each{masks.coc, masks.near_weight, masks.focus_weight, masks.far_weight};
+        call.results = dof_masks(stored.region(0, begin, width, end - begin), circle, call.options);
         cv::Mat part = all.rowRange(begin, end);
-        merge_into(part, options.mask ? std::vector{each[static_cast<std::size_t>(*options.mask)]} : each);
+        std::vector<Image> each;
+        for (const description::Result& result : results)
+            each.push_back(*result.image);
+        merge_into(part, options.mask ? std::vector{each[*options.mask]} : each);
     }
     return all;
 }
@@ -96,16 +112,16 @@ std::vector<Result> more_masks_of(const DofMasksArguments& options, const Stored
 std::function<int()> configure_dof_masks(CLI::App& app) {
     const auto options = std::make_shared<DofMasksArguments>();
     add_depth_options(app, *options, {.extensions = {".exr", ".tif", ".pfm", ".npy", ".png"}, .channels = channels});
-    add_picture_options(app, options->picture, "a picture whose size and edges the masks are to have");
-    app.get_option("--color")->required(false);
     add_lens_options(app, options->lens);
     add_described_options(app, options->masks, described_masks.group);
+    add_picture_options(app, options->picture, "a picture whose size and edges the masks are to have");
+    app.get_option("--color")->required(false);
     app.add_option_function<std::string>(
            "--mask",
            [options](const std::string& name) {
                for (std::size_t i = 0; i < channels.size(); ++i)
                    if (channels[i] == name)
-                       options->mask = static_cast<Mask>(i);
+                       options->mask = i;
            },
            "write this mask only, to any type of file")
         ->type_name(CLI::detail::join(channels, "|"))
@@ -114,10 +130,7 @@ std::function<int()> configure_dof_masks(CLI::App& app) {
     add_result_options(app, described_masks, options->more);
     add_relative_options(app, options->relative);
     options->camera.or_relative = true;
-    return [=, tile_px = app.get_option("--tile-px")] {
-        if (tile_px->count() > 0 && !options->more.contains("tile_min_coc") && !options->more.contains("tile_max_coc"))
-            throw UsageError(
-                "--tile-px: the width of tiles whose CoC nobody asks for; add --tile-min-coc or --tile-max-coc");
+    return [=] {
         if (options->relative.order)
             check_relative(options->relative, options->lens);
         else
@@ -131,8 +144,12 @@ std::function<int()> configure_dof_masks(CLI::App& app) {
         }
         description::DofMasksCall asked{.options = options->masks};
         more.outputs = outputs_of(described_masks, &asked, options->more);
-        // The extremes of tiles have rows of their own.
-        if (const DofMasksOptions& o = asked.options; !options->lens.focus_at && !o.tile_min_coc && !o.tile_max_coc) {
+        const DofMasksOptions& o = asked.options;
+        more.whole = options->lens.focus_at ? "--focus-at"
+                     : o.tile_min_coc       ? "--tile-min-coc" // the extremes of tiles have rows of their own
+                     : o.tile_max_coc       ? "--tile-max-coc"
+                                            : "";
+        if (more.whole.empty()) {
             more.looks_first = o.max_near_coc || o.near_alpha || o.disocclusion;
             more.reach = [options](const Tile& tile, const Look& look, const Job& job) {
                 description::DofMasksCall call{.options = options->masks};

@@ -15,16 +15,16 @@ namespace {
 
 void print_operations(bool in_json) {
     nlohmann::ordered_json json = nlohmann::ordered_json::array();
+    const auto program = [](const description::Option& option) { return spelled(option); };
     for (const description::Operation& operation : description::operations()) {
-        const nlohmann::ordered_json& described =
-            json.emplace_back(as_json(operation, [](const description::Option& option) { return spelled(option); }));
+        json.push_back(as_json(operation, program));
         if (in_json)
             continue;
         fmt::print("{}: {}\n", operation.name, operation.summary);
-        const auto text = [](const nlohmann::ordered_json& value) { return value.get<std::string>(); };
-        for (const nlohmann::ordered_json& option : described["options"])
-            fmt::print("    {:<18} {}{}\n", text(option["name"]), text(option["accepted"]),
-                       option["default"].is_null() ? "; required" : "; default: " + text(option["default"]));
+        for (const std::vector<description::Option>* listed : {&operation.lens, &operation.options})
+            for (const description::Option& option : *listed)
+                fmt::print("    {:<18} {:<20} {}; {}; {}\n", option.name, spelled(option), option.words,
+                           option.accepted(), option.required ? "required" : "default: " + option.default_in_words());
     }
     if (in_json)
         print_json({{"version", FATHOM_VERSION}, {"operations", json}});
@@ -44,7 +44,10 @@ std::function<int()> configure_options(CLI::App& app) {
 extern const Command options_command{
     .name = "options",
     .summary = "Lists the options of each operation: what they accept, and what they are by default.",
-    .notes = R"(Names are those of C++ and Python. The program spells max_error as --max-error.
+    .notes =
+        R"(Each option is shown as C++ and Python name it, then as the program spells it, unless a file says it there.
+With --json a default is a number, a word, yes or no, or a list; default_words has it in words. An option is of no use
+without one of those that it needs (space=world is one with this value), and refused beside one that it excludes.
 
 Example:
   fathom options --json)",

@@ -165,16 +165,15 @@ std::function<int()> configure_ssao(CLI::App& app) {
     const Product visibility = product_of(described_ssao, described_ssao.results_of(&call, {}).front());
     add_depth_options(app, *options, visibility);
     add_occlusion_options(app, *options);
-    CLI::Option* normals = app.add_option(
-        "--normals", options->normals,
-        described_words(described_ssao.options, "--normals",
-                        ", as `fathom normals` writes them: EXR, PNG, TIFF or PFM (default: from the depth)"));
-    normals->type_name("FILE")->group("Input");
-    app.get_option("--normals-space")->needs(normals);
+    app.add_option(
+           "--normals", options->normals,
+           described_words(described_ssao.options, "--normals",
+                           ", as `fathom normals` writes them: EXR, PNG, TIFF or PFM (default: from the depth)"))
+        ->type_name("FILE")
+        ->group("Input");
     app.add_option("--thickness-map", options->thickness_map,
                    described_words(described_ssao.options, "--thickness-map"))
         ->type_name("FILE")
-        ->excludes("--thickness")
         ->group("Input");
     app.add_option("--back-depth", options->back_depth,
                    described_words(described_ssao.options, "--back-depth",
@@ -182,7 +181,6 @@ std::function<int()> configure_ssao(CLI::App& app) {
                                                "depth is otherwise",
                                                channel_of_backs)))
         ->type_name("FILE")
-        ->excludes("--thickness", "--thickness-map")
         ->group("Input");
     app.add_option_function<std::string>(
            "--region", [options](const std::string& text) { parse_region(text, options->options.region.emplace()); },
@@ -216,7 +214,10 @@ std::function<int()> configure_ssao(CLI::App& app) {
         }
         more.outputs = outputs_of(described_ssao, static_cast<description::SsaoCall*>(options.get()), options->more);
         more.read = [options](const Job& job) { return read_images(*options, job); };
-        if (more.companions.empty() && !options->options.region) {
+        more.whole = !more.companions.empty()  ? more.companions.front().option
+                     : options->options.region ? "--region"
+                                               : "";
+        if (more.whole.empty()) {
             more.looks_first = true;
             more.reach = [options](const Tile& tile, const Look& look, const Job& job) {
                 return look.surfaces() == 0

@@ -1,7 +1,6 @@
 // fathom unproject
-#include "description/unproject.hpp"
-
 #include "cli/command.hpp"
+#include "cli/operation.hpp"
 #include "cli/options/depth_options.hpp"
 #include "cli/options/described.hpp"
 #include "cli/options/picture.hpp"
@@ -36,20 +35,19 @@ Result points(const UnprojectArguments& options, const StoredDepth& stored, cons
 }
 
 std::function<int()> configure_unproject(CLI::App& app) {
-    const Product product{.extensions = {".exr", ".ply", ".tif", ".pfm", ".npy", ".png"},
-                          .channels = {"P.X", "P.Y", "P.Z"}};
+    description::UnprojectCall call;
+    const auto& operation = description::operation<description::UnprojectCall>();
+    Product product = product_of(operation, operation.results_of(&call, {}).front());
+    product.extensions.insert(product.extensions.begin() + 1, ".ply");
     const auto options = std::make_shared<UnprojectArguments>();
     UnprojectOptions& unprojection = options->unproject;
     constexpr const char* group = description::UnprojectCall::said.group;
     add_depth_options(app, *options, product);
     add_described_options(app, unprojection, group);
-    CLI::Option* origin = app.get_option("--origin")->needs(app.get_option("--space"));
     add_picture_options(app, options->picture, "colours of the points of a .ply");
     app.get_option("--color")->required(false);
     app.add_flag("--normals", options->normals, "a .ply also holds the points' normals")->group(group);
-    return [options, product, origin] {
-        if (origin->count() > 0 && options->unproject.space == Space::view)
-            throw UsageError("--origin: a point of the world, without meaning in --space view; say --space world");
+    return [options, product] {
         const std::string extension = options->format.empty() ? extension_of(options->output) : options->format;
         const bool colored = !options->picture.color.empty();
         if (extension != ".ply" && (colored || options->normals))

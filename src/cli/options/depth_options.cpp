@@ -63,7 +63,7 @@ std::vector<double> numbers_in(const std::string& text, std::size_t count) {
     std::vector<double> values;
     for (const std::string& part : CLI::detail::split(text, ',')) {
         double value;
-        if (!CLI::detail::lexical_cast(part, value) || !std::isfinite(value))
+        if (!CLI::detail::lexical_cast(part, value))
             return {};
         values.push_back(value);
     }
@@ -76,7 +76,10 @@ CLI::Option* add_numbers_option(CLI::App& app, const char* name, const char* for
                                 const std::string& description) {
     const auto check = [=](std::string& text) {
         const std::vector<double> values = numbers_in(text, count);
-        return !values.empty() && accepted(values) ? std::string() : "'" + text + "' will not do; it is " + what;
+        const auto is_finite = [](double value) { return std::isfinite(value); };
+        return !values.empty() && std::ranges::all_of(values, is_finite) && accepted(values)
+                   ? std::string()
+                   : "'" + text + "' will not do; it is " + what;
     };
     return app
         .add_option_function<std::string>(

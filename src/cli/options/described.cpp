@@ -1,39 +1,56 @@
 // Options of the program from the descriptions of the operations.
 #include "described.hpp"
 
+#include "depth_options.hpp"
+
+#include "cli/help.hpp"
+
+#include "terminal/exit.hpp"
+
 #include <CLI/CLI.hpp>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <optional>
 
 namespace fathom::cli {
 namespace {
 
+using description::Kind;
 using description::Option;
 using description::Value;
 
-constexpr std::size_t help_columns = 66; // of an option's meaning
-
 std::optional<Value> read(const Option& option, const std::string& text) {
-    if (double number = 0; option.kind == Option::Kind::number && CLI::detail::lexical_cast(text, number))
+    if (double number = 0; option.kind == Kind::number && CLI::detail::lexical_cast(text, number))
         return number;
-    if (option.kind == Option::Kind::choice) {
+    if (option.kind == Kind::choice) {
         const auto found = std::ranges::find(option.choices, text, [](const char* name) { return std::string(name); });
         if (found != option.choices.end())
             return static_cast<std::size_t>(found - option.choices.begin());
     }
-    if (option.kind == Option::Kind::three) {
-        const std::vector<std::string> parts = CLI::detail::split(text, ',');
-        std::array<double, 3> numbers{};
-        bool good = parts.size() == numbers.size();
-        for (std::size_t i = 0; good && i < numbers.size(); ++i)
-            good = CLI::detail::lexical_cast(parts[i], numbers[i]);
-        if (good)
-            return numbers;
+    const auto numbers = [&](std::size_t count) {
+        return numbers_in(text, count);
+    }; // none where they are no such numbers
+    if (is_three(option.kind)) {
+        if (const auto n = numbers(3); !n.empty())
+            return std::array{n[0], n[1], n[2]};
+    }
+    if (option.kind == Kind::lens) {
+        if (const auto n = numbers(2); !n.empty())
+            return CircleOfConfusion{n[0], n[1]};
+    }
+    if (option.kind == Kind::pixel || option.kind == Kind::ray) {
+        const bool has_distance = option.kind == Kind::ray;
+        const auto n = numbers(has_distance ? 3 : 2);
+        const auto is_index = [](double x) { return x == std::floor(x) && std::abs(x) < 1e9; }; // negative in overscan
+        if (n.empty() || !is_index(n[0]) || !is_index(n[1]))
+            return std::nullopt;
+        const LensArguments::Pixel pixel{static_cast<int>(n[0]), static_cast<int>(n[1])};
+        return has_distance ? Value(LensArguments::AlongRay{pixel, n[2]}) : Value(pixel);
     }
     return std::nullopt;
 }
@@ -46,11 +63,14 @@ const Option* option_for(const Options& options, const std::string& text) {
 }
 
 std::string type_name(const Option& option) {
-    if (option.kind == Option::Kind::choice)
+    static const std::map<Kind, const char*> types{{Kind::point, "X,Y,Z"},     {Kind::color, "R,G,B"},
+                                                   {Kind::direction, "X,Y,Z"}, {Kind::pixel, "X,Y"},
+                                                   {Kind::ray, "X,Y,D"},       {Kind::lens, "K,G"}};
+    if (option.kind == Kind::choice)
         return fmt::format("{}", fmt::join(option.choices, "|"));
-    if (option.kind == Option::Kind::three)
-        return option.three == description::Three::color ? "R,G,B" : "X,Y,Z";
-    return option.range.whole || option.range.few[0] ? "N" : option.range.infinite ? "X|inf" : "X";
+    if (const auto type = types.find(option.kind); type != types.end())
+        return type->second;
+    return option.is_whole() ? "N" : option.range.infinite ? "X|inf" : "X";
 }
 
 std::string refusal(const Options& options, const std::string& text) {
@@ -59,35 +79,20 @@ std::string refusal(const Options& options, const std::string& text) {
         return "";
     if (options.size() > 1)
         return fmt::format("'{}' will not do; it is {}, or {}", text, option.accepted(), options[1].accepted());
-    if (option.kind == Option::Kind::choice)
+    if (option.kind == Kind::choice)
         return fmt::format("'{}' is unknown; it is {}", text, option.accepted());
-    if (option.kind == Option::Kind::three)
-        return fmt::format("'{}' will not do; it is three numbers {}{}", text, type_name(option),
-                           option.three == description::Three::direction ? ", one of which is not 0" : "");
     double number = 0;
-    const bool is_number = option.kind == Option::Kind::number && CLI::detail::lexical_cast(text, number);
-    return fmt::format("'{}' will not do; it is {}", text,
+    const bool is_number = option.kind == Kind::number && CLI::detail::lexical_cast(text, number);
+    const bool has_parts = option.kind >= Kind::point && option.kind <= Kind::lens;
+    return fmt::format("'{}' will not do; it is {}{}", text, has_parts ? type_name(option) + ": " : "",
                        is_number ? option.range.instead_of(number) : option.accepted());
 }
 
-std::string wrapped(const std::string& text) {
-    std::string lines;
-    std::size_t column = 0;
-    for (const std::string& word : CLI::detail::split(text, ' ')) {
-        const bool fits = column + 1 + word.size() <= help_columns;
-        lines += column == 0 ? "" : fits ? " " : "\n";
-        column = column > 0 && fits ? column + 1 + word.size() : word.size();
-        lines += word;
-    }
-    return lines;
-}
-
 std::string meaning(const Option& option) {
-    std::string more = option.kind == Option::Kind::number ? option.range.limits() : "";
-    if (option.by_default)
-        more += (more.empty() ? "default: " : "; default: ") + *option.by_default;
-    const std::string text = more.empty() ? option.words : fmt::format("{} ({})", option.words, more);
-    return wrapped(text);
+    std::string more = option.kind == Kind::number ? option.range.limits() : "";
+    if (!option.required)
+        more += (more.empty() ? "default: " : "; default: ") + option.default_in_words();
+    return more.empty() ? option.words : fmt::format("{} ({})", option.words, more);
 }
 
 CLI::Option* add(CLI::App& app, const Options& options, const SetOption& set) {
@@ -97,9 +102,9 @@ CLI::Option* add(CLI::App& app, const Options& options, const SetOption& set) {
     for (const Option& one : options) {
         types += (types.empty() ? "" : "|") + type_name(one);
         if (&one != &option)
-            words += "\n" + wrapped(fmt::format("{}: {}", type_name(one), one.words));
+            words += fmt::format("{}{}: {}", new_line, type_name(one), one.words);
     }
-    if (option.kind == Option::Kind::flag)
+    if (option.kind == Kind::flag)
         return app.add_flag_callback(
             name, [option, set] { set(option, true); }, words);
     CLI::Option* added =
@@ -112,7 +117,7 @@ CLI::Option* add(CLI::App& app, const Options& options, const SetOption& set) {
                words)
             ->type_name(types)
             ->check(CLI::Validator([options](std::string& text) { return refusal(options, text); }, ""));
-    return option.by_default ? added : added->required();
+    return added->required(option.required);
 }
 
 } // namespace
@@ -134,44 +139,63 @@ std::string spelled(std::string_view named) {
 }
 
 std::string spelled(const Option& option) {
-    if (option.kind == Option::Kind::depth && option.alternative && spelled(option.name) == "--thickness")
+    if (option.kind == Kind::depth && option.alternative && spelled(option.name) == "--thickness")
         return "--back-depth";
-    return spelled(option.name) + (option.kind == Option::Kind::lengths ? "-map" : "");
+    return spelled(option.name) + (option.kind == Kind::lengths ? "-map" : "");
 }
 
 void add_described_options(CLI::App& app, const std::vector<Option>& options, const SetOption& set,
                            const std::string& group, std::initializer_list<std::string_view> otherwise) {
     std::vector<Options> named;
     for (const Option& option : options) {
-        if (option.kind >= Option::Kind::result || spelled(option.name).empty() ||
+        if (option.kind >= Kind::result || spelled(option.name).empty() ||
             std::ranges::find(otherwise, std::string_view(option.name)) != otherwise.end())
             continue;
         if (named.empty() || std::string_view(named.back().front().name) != option.name)
             named.emplace_back();
         named.back().push_back(option);
     }
-    std::vector<CLI::Option*> added;
-    for (const Options& own : named) {
-        added.push_back(add(app, own, set)->group(group));
-        for (std::size_t i = 0; i + 1 < added.size(); ++i)
-            if (own.front().excludes(named[i].front()))
-                added.back()->excludes(added[i]);
-    }
+    for (const Options& own : named)
+        add(app, own, set)->group(group);
+}
+
+void check_together(const CLI::App& app, const description::Operation& operation) {
+    std::vector<description::Given> given;
+    const auto is_given = [&](std::string_view name) {
+        const CLI::Option* added = name.empty() ? nullptr : app.get_option_no_throw(std::string(name));
+        return added && added->count() > 0;
+    };
+    for (const std::vector<Option>* listed : {&operation.lens, &operation.options})
+        for (const Option& option : *listed) {
+            const std::string name = spelled(option);
+            if (std::ranges::any_of(given, [&](const auto& each) { return spelled(*each.option) == name; }))
+                continue; // which takes the values of several
+            const bool in_file = option.kind == Kind::depth && !option.needs.empty(); // of the image that it belongs to
+            if (!is_given(name) && !(in_file && is_given(spelled(option.needs.front()))))
+                continue;
+            given.push_back({&option});
+            if (option.kind == Kind::choice)
+                if (const auto value = parse(option, app.get_option(name)->as<std::string>()))
+                    given.back().choice = std::get<std::size_t>(*value);
+        }
+    const std::string wrong = wrong_together(operation, given, [](const Option& option) { return spelled(option); });
+    if (!wrong.empty())
+        throw UsageError(wrong);
 }
 
 std::string described_words(const std::vector<Option>& options, const std::string& option, const std::string& more) {
     const auto its = std::ranges::find_if(options, [&](const Option& one) { return spelled(one) == option; });
-    return wrapped(its->words + more);
+    return its->words + more;
 }
 
 void add_result_options(CLI::App& app, const description::Operation& operation,
                         std::map<std::string, std::string>& files) {
     for (const Option& option : operation.options)
-        if (option.kind == Option::Kind::result && !spelled(option.name).empty())
+        if (option.kind == Kind::result && !spelled(option.name).empty())
             app.add_option_function<std::string>(
                    spelled(option.name),
                    [&files, name = std::string(option.name)](const std::string& file) { files[name] = file; },
-                   wrapped(fmt::format("also write {}", option.words)))
+                   fmt::format("also write {}", option.words))
                 ->type_name("FILE")
                 ->group("Output");
 }

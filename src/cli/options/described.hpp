@@ -40,6 +40,9 @@ void add_described_options(CLI::App& app, Options& options, const std::string& g
         group, otherwise);
 }
 
+/// Throws: UsageError for options of an operation that exclude each other, or need another.
+void check_together(const CLI::App& app, const description::Operation& operation);
+
 /// What the description says of an option that the program has in its own way, then `more`.
 std::string described_words(const std::vector<description::Option>& options, const std::string& option,
                             const std::string& more = "");

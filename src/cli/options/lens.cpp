@@ -13,25 +13,18 @@
 #include <fathom/dof_masks.hpp>
 #include <fathom/error.hpp>
 #include <fathom/io.hpp>
+#include <fathom/linearize.hpp>
 
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
+#include <optional>
+#include <utility>
 
 namespace fathom::cli {
 namespace {
 
 constexpr const char* group = "Lens";
-
-bool is_pixel(const std::vector<double>& values) {
-    const auto good = [](double n) { return n == std::floor(n) && std::abs(n) < 1e9; }; // negative in overscan
-    return values.size() >= 2 && good(values[0]) && good(values[1]);
-}
-
-LensArguments::Pixel pixel_of(const std::vector<double>& values) {
-    return {static_cast<int>(values[0]), static_cast<int>(values[1])};
-}
 
 // A pixel of the display window as one of the image.
 LensArguments::Pixel pixel_in(const Windows& windows, const LensArguments::Pixel& pixel, const char* option) {
@@ -44,8 +37,6 @@ LensArguments::Pixel pixel_in(const Windows& windows, const LensArguments::Pixel
 
 // The lens for an image's own pixels and its part of the sensor.
 LensArguments within(const Windows& windows, LensArguments lens) {
-    if (lens.focus_at)
-        lens.focus_at = pixel_in(windows, *lens.focus_at, "--focus-at");
     if (lens.focus_along)
         lens.focus_along->pixel = pixel_in(windows, lens.focus_along->pixel, "--focus-along");
     if (lens.sensor_mm && windows.data.width != windows.display.width)
@@ -57,34 +48,13 @@ LensArguments within(const Windows& windows, LensArguments lens) {
 
 void add_lens_options(CLI::App& app, LensArguments& lens) {
     add_described_options(app, lens, group);
-    CLI::Option* focus = app.get_option("--focus");
-    CLI::Option* at = add_numbers_option(
-        app, "--focus-at", "X,Y", 2, is_pixel,
-        [&lens](const std::vector<double>& values) { lens.focus_at = pixel_of(values); },
-        "a pixel X,Y, two whole numbers",
-        "focus on the surface under this pixel, counted from the first\npixel of the image (EXR: of its display "
-        "window)");
-    CLI::Option* along = add_numbers_option(
-        app, "--focus-along", "X,Y,D", 3, [](const auto& values) { return is_pixel(values) && values[2] > 0; },
-        [&lens](const std::vector<double>& values) {
-            lens.focus_along = LensArguments::AlongRay{pixel_of(values), values[2]};
-        },
-        "a pixel and a distance X,Y,D", "focus on the depth of the point at distance D along a pixel's\nray");
-    CLI::Option* circle = add_numbers_option(
-        app, "--circle", "K,G", 2,
-        [](const auto& values) {
-            return std::ranges::all_of(values, [](double each) { return description::circle_numbers.holds(each); });
-        },
-        [&lens](const std::vector<double>& values) {
-            lens.circle = {values[0], values[1]};
-        },
-        "two numbers K,G " + description::circle_numbers.limits(),
-        described_words(description::operation<description::DofCall>().options, "--circle"));
-    at->excludes(focus)->group(group);
-    along->excludes(focus)->excludes(at)->group(group);
-    circle->group(group);
-    for (const char* other : {"--focus", "--focus-at", "--focus-along", "--f-stop", "--focal-length-mm", "--sensor-mm"})
-        circle->excludes(other);
+    const std::vector<description::Option>& options = description::operation<description::DofCall>().options;
+    add_described_options(app, {*std::ranges::find(options, description::Kind::lens, &description::Option::kind)},
+                          [&lens](const description::Option&, const description::Value& value) {
+                              const auto& circle = std::get<CircleOfConfusion>(value);
+                              lens.circle = {static_cast<double>(circle.k), static_cast<double>(circle.g)};
+                          },
+                          group, {});
 }
 
 void complete(LensArguments& lens, const CameraOption& camera) {
@@ -107,20 +77,21 @@ LensWords lens_words(const std::string& camera) {
     return {.camera = camera, .option = [](const std::string& option) { return spelled(option); }};
 }
 
+double depth_under(const LensArguments::Pixel& pixel, const StoredDepth& stored, const Windows& windows) {
+    const auto [x, y] = pixel_in(windows, pixel, "--focus-at");
+    try {
+        return depth_at(stored, x, y);
+    } catch (const std::invalid_argument&) {
+        throw Error(fmt::format("--focus-at: pixel {},{} is invalid; choose one that has a depth", pixel.x, pixel.y));
+    }
+}
+
 CircleOfConfusion circle_for(const LensArguments& given, const StoredDepth& stored, const Windows& windows) {
     if (given.circle)
         return fathom::circle_for(given, stored);
     LensArguments lens = within(windows, given);
-    if (lens.focus_at) {
-        try {
-            lens.focus = focus_of(lens, stored);
-        } catch (const std::invalid_argument&) {
-            throw Error(fmt::format("--focus-at: pixel {},{} is invalid; choose one that has a depth, or say the "
-                                    "depth with --focus",
-                                    given.focus_at->x, given.focus_at->y));
-        }
-        lens.focus_at.reset();
-    }
+    if (const auto pixel = std::exchange(lens.focus_at, std::nullopt))
+        lens.focus = depth_under(*pixel, stored, windows);
     try {
         return fathom::circle_for(lens, stored);
     } catch (const std::invalid_argument& error) { // of the lens, not of the camera file

@@ -31,6 +31,10 @@ void complete(LensArguments& lens, const CameraFile& camera, const std::string& 
 /// Throws: Error, for instance for a pixel without depth.
 CircleOfConfusion circle_for(const LensArguments& lens, const StoredDepth& stored, const Windows& windows);
 
+/// The depth of the surface at --focus-at.
+/// Throws: Error for a pixel outside the image, or without depth.
+double depth_under(const LensArguments::Pixel& pixel, const StoredDepth& stored, const Windows& windows);
+
 /// How messages name the program's options, and the camera.
 LensWords lens_words(const std::string& camera = "the camera");
 

@@ -76,20 +76,10 @@ LensArguments lens_of(LensArguments lens, const Job& job) {
 }
 
 CircleOfConfusion relative_circle_for(const RelativeOptions& relative, const StoredDepth& stored,
-                                      const LensArguments& lens) {
+                                      const LensArguments& lens, const Windows& windows) {
     if (!lens.focus_at)
         return relative_circle(*relative.blur_px, relative.focus_range->low, *relative.order);
-    const auto [x, y] = *lens.focus_at;
-    if (x < 0 || y < 0 || x >= stored.camera.width || y >= stored.camera.height)
-        throw Error(fmt::format("--focus-at: pixel {},{} lies outside the image of {} × {}; the last one is {},{}", x,
-                                y, stored.camera.width, stored.camera.height, stored.camera.width - 1,
-                                stored.camera.height - 1));
-    double z = 0;
-    try {
-        z = depth_at(stored, x, y);
-    } catch (const std::invalid_argument&) {
-        throw Error(fmt::format("--focus-at: pixel {},{} has no depth; choose one that has", x, y));
-    }
+    const double z = depth_under(*lens.focus_at, stored, windows);
     return relative_circle(*relative.blur_px, *relative.order == RelativeOrder::high_is_near ? 1 - z : z,
                            *relative.order);
 }
@@ -98,7 +88,7 @@ CircleOfConfusion relative_circle_for(const RelativeOptions& relative, const Sto
 
 CircleOfConfusion circle_of(const RelativeOptions& relative, const LensArguments& lens, const StoredDepth& stored,
                             const Job& job) {
-    return relative.order ? relative_circle_for(relative, stored, lens)
+    return relative.order ? relative_circle_for(relative, stored, lens, job.windows)
                           : circle_for(lens_of(lens, job), stored, job.windows);
 }
 

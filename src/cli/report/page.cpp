@@ -1,4 +1,4 @@
-// The page is page.html with page.css, page.js and the data in their places.
+// The page is page.html with page.css, elements.js, page.js and the data in their places.
 // The data is JSON inside of a script element. Only </script, <!-- and <script mean something there, so every < is written
 // as \u003c, which is the same text in JSON; > and & go the same way.
 // Source: HTML standard, 4.12.1.3, Restrictions for contents of script elements.
@@ -31,7 +31,7 @@ std::string page_of(const nlohmann::ordered_json& data) {
     const auto& files = fathom_report_files();
     const std::map<std::string_view, std::string> parts{
         {"style", files.at("page.css")},
-        {"script", files.at("page.js")},
+        {"script", files.at("elements.js") + files.at("page.js")},
         {"data", escaped(data.dump(-1, ' ', true, nlohmann::ordered_json::error_handler_t::replace))}};
     std::string page;
     std::string_view rest = files.at("page.html");

@@ -1,6 +1,7 @@
 // Pictures of what people cannot see: depth and masks in false color, normals, light.
 #include "false_color.hpp"
 
+#include "cli/options/described.hpp"
 #include "io/color_encoding.hpp"
 #include "io/exr/depth_channels.hpp"
 #include "io/formats.hpp"
@@ -19,6 +20,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <memory>
 #include <optional>
 #include <utility>
 
@@ -30,15 +32,53 @@ using Kind = Viewed::Kind;
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
-// Channels that the program's own results have, in the order in which they are looked for.
-struct Known {
-    const char *channel, *unit;
-    bool from_0_to_1;
-};
-constexpr Known known[] = {
-    {"AO", "", true},         {"coc", "pixels", false},   {"Z", "", false},         {"P.Z", "scene units", false},
-    {"confidence", "", true}, {"disocclusion", "", true}, {"mixed", "", true},      {"near", "", true},
-    {"focus", "", true},      {"far", "", true},          {"min", "pixels", false}, {"max", "pixels", false}};
+using description::Content;
+
+// The channel that is shown of a result: of positions the last one, the depth, says most.
+std::string channel_of(const Content& content) {
+    const std::string channels = content.channels;
+    return channels.substr(channels.rfind(' ') + 1);
+}
+
+bool is_values(const Content& content) {
+    return content.of == Content::Of::lengths || content.of == Content::Of::fractions;
+}
+
+// What channels of the program's own results hold, in the order in which they are looked for: first the first results of
+// operations, what is made of depth before depth.
+std::vector<Content> find_known() {
+    std::vector<Content> first, others;
+    const auto add = [](std::vector<Content>& known, const Content& content) {
+        if (is_values(content) && std::ranges::find(known, channel_of(content), channel_of) == known.end())
+            known.push_back(content);
+    };
+    for (const description::Operation& operation : description::operations()) {
+        const std::shared_ptr<void> call = operation.make(nullptr);
+        const auto add_results = [&] {
+            const std::vector<description::Result> results = operation.results_of(call.get(), {});
+            add(first, results.front().content);
+            for (const description::Result& result : results)
+                add(others, result.content);
+        };
+        add_results();
+        for (const description::Option& option : operation.options) // some of which choose what it holds
+            for (std::size_t i = 0; i < option.choices.size(); ++i) {
+                operation.set(call.get(), option, i);
+                add_results();
+            }
+    }
+    std::ranges::reverse(first);
+    std::ranges::stable_sort(first, {},
+                             [](const Content& each) { return channel_of(each).find('.') != std::string::npos; });
+    for (const Content& other : others)
+        add(first, other);
+    return first;
+}
+
+const std::vector<Content>& known_channels() {
+    static const std::vector<Content> known = find_known();
+    return known;
+}
 
 bool has(const std::vector<Channel>& channels, const std::string& name) {
     return std::ranges::any_of(channels, [&](const Channel& channel) { return channel.name == name; });
@@ -55,10 +95,10 @@ cv::Mat floats(const cv::Mat& image, double factor = 1) {
 // Values, and what is known of a channel of this name.
 Viewed values_called(const std::string& channel, const cv::Mat& values) {
     Viewed viewed{.kind = Kind::values, .image = values, .name = channel};
-    for (const Known& each : known)
-        if (channel == each.channel) {
+    for (const Content& each : known_channels())
+        if (channel == channel_of(each)) {
             viewed.unit = each.unit;
-            viewed.from_0_to_1 = each.from_0_to_1;
+            viewed.from_0_to_1 = each.of == Content::Of::fractions;
         }
     return viewed;
 }
@@ -92,9 +132,9 @@ Viewed from_exr(const fs::path& file, const std::vector<Channel>& channels, cons
                                    wanted));
         return values_of(file, wanted);
     }
-    for (const Known& each : known)
-        if (has(channels, each.channel))
-            return values_of(file, each.channel);
+    for (const Content& each : known_channels())
+        if (has(channels, channel_of(each)))
+            return values_of(file, channel_of(each));
     if (has(channels, "N.X"))
         return normals_of(file, "N");
     if (!io::depth_channels(file).empty())
@@ -127,15 +167,21 @@ std::optional<Viewed> from_record(const fs::path& file, io::Bytes bytes, const c
     try {
         const nlohmann::json options = record.value("options", nlohmann::json::object());
         const std::string command = record.value("command", "");
-        if (command == "normals" && codes.channels() == 3)
+        const auto operation = std::ranges::find(description::operations(), command,
+                                                 [](const auto& each) { return spelled(each.name).substr(2); });
+        if (operation == description::operations().end())
+            return std::nullopt;
+        const std::shared_ptr<void> call = operation->make(nullptr);
+        for (const description::Option& option : operation->options)
+            if (const std::string name = spelled(option); options.contains(name) && !option.choices.empty())
+                if (const auto value = parse(option, options[name].get<std::string>()))
+                    operation->set(call.get(), option, *value);
+        const Content content = operation->results_of(call.get(), {}).front().content;
+        if (content.of == Content::Of::directions && codes.channels() == 3)
             return normals_of(file, "");
-        const std::string channel = command == "ssao" ? "AO"
-                                    : command == "linearize"
-                                        ? (options.value("--as", "") == "ray-distance" ? "distance" : "Z")
-                                    : command == "dof-masks" ? options.value("--mask", "")
-                                                             : "";
+        const std::string channel = options.value("--mask", content.channels); // one of several first results
         const double scale = options.value("--png-scale", 1.0);
-        if (!channel.empty() && codes.channels() == 1 && scale > 0)
+        if (is_values(content) && codes.channels() == 1 && scale > 0)
             return values_called(channel, floats(codes, 1 / (65535 * scale)));
     } catch (const nlohmann::json::exception&) { // it is of another program
     }

@@ -541,7 +541,8 @@ private:
         return part;
     }
 
-    // A tile, as a list of them has it. Follows where `before` is marked.
+    // The word that stands for a tile in a list: its column and row, whether it has a foreground, and whether the layer just
+    // before, whose tiles are marked in `before`, reached it too.
     u32 entry(int x, int y, const Grid& before) const {
         const std::size_t i = near_.index(x, y);
         return static_cast<u32>(x) | static_cast<u32>(y) << ENTRY_ROW_SHIFT |
