@@ -112,7 +112,7 @@ struct SharedNumbers {
 
 private:
     DepthForm form_{};
-    bool counts_distances_ = false;
+    bool counts_distances_ = false, has_range_ = false;
     std::vector<float> before_ = {}; ///< the row before
 };
 

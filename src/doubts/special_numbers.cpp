@@ -115,7 +115,8 @@ bool stands_apart(double number, Others others, bool has_depth, bool is_float) {
 } // namespace
 
 SharedNumbers::SharedNumbers(const Camera& camera, Storage storage)
-    : form_(depth_form(camera, storage)), counts_distances_(form_.perspective && counts_distances(camera.encoding)) {
+    : form_(depth_form(camera, storage)), counts_distances_(form_.perspective && counts_distances(camera.encoding)),
+      has_range_(!is_metric(camera.encoding)) {
     if (is_metric(camera.encoding))
         numbers = numbers_without_depth();
     else if (const auto code = near_code(camera, form_, storage))
@@ -142,7 +143,7 @@ void SharedNumbers::add(const HostDepth& row) {
         before_[values.size()] = value;
         const bool is_ahead = !counts_distances_ || value * form_.farther > 0; // the others have no depth, named or not
         values.emplace_back(value, kind_of(form_, value, bits) != StoredKind::depth || !is_ahead ||
-                                       value < form_.lowest || value > form_.highest);
+                                       (has_range_ && (value < form_.lowest || value > form_.highest)));
         has_border |= values.back().second;
     });
     if (!has_border)
