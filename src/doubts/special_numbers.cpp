@@ -30,7 +30,8 @@ constexpr double above_nothing = 0.01;       // of the largest value: what is ne
 constexpr double near_gap = 0.05;            // of the range of all others
 constexpr double many_filtered = 0.3;        // of the borders of what has no depth
 constexpr double many_filtered_buffer = 0.4; // the same of depth buffers, in which far surfaces are near the sky
-constexpr std::size_t least_borders = 12;    // on a side
+constexpr std::size_t least_borders = 12;    // on a side, that speak against it
+constexpr std::size_t least_filtered = 32;   // borders: in small images bars and edges are as narrow as a filter
 constexpr std::size_t reach_of_filter = 7;   // pixels, with three of the surface itself
 constexpr float raw_kinect_highest = 1100;   // of the values that its 11 bits have
 constexpr float raw_kinect_none = 2047;      // which may be shifted left by three
@@ -274,7 +275,7 @@ std::optional<std::string> filtered_doubt(const Subject& subject) {
         all.filtered += side.filtered;
         all.all += side.all;
     }
-    if (all.filtered < least_borders)
+    if (all.filtered < least_filtered)
         return std::nullopt;
     return text("beside pixels without depth ", percent(all.filtered, all.all),
                 " of the values lie between theirs and the surface's, or beyond, and are no depths: it was filtered or "
