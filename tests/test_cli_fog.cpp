@@ -91,7 +91,7 @@ TEST_CASE("fog program: what is wrong is told in one line") {
     const Scene scene;
     const std::string out = scene.folder / "out/foggy.exr";
     check_refused(scene.arguments(out, {}), 2, "--density");
-    check_refused(scene.arguments(out, {"--density", "1", "--fog-color", "1,2"}), 2, "three numbers");
+    check_refused(scene.arguments(out, {"--density", "1", "--fog-color", "1,2"}), 2, "three finite numbers");
     check_refused(scene.arguments(out, {"--density", "1", "--up", "0,1,0"}), 2, "--height-falloff");
     const std::string plain = camera_file(scene.folder);
     check_refused({"fog", scene.input, "--color", scene.picture_file, "--camera", plain, "-o", out, "--density", "1",

@@ -122,7 +122,7 @@ void set_images(const Bound& bound, void* made, const Given& given, Call& call) 
                 call.image(pixels, option->kind == Kind::picture ? Holds::picture : Holds::numbers, option->name);
             if (!picture)
                 picture = image;
-            if (!option->by_default)
+            if (option->required)
                 call.fit(image);
             bound.operation.set(made, *option, image);
         }

@@ -92,11 +92,6 @@ private:
     std::vector<std::uint32_t> codes_before_ = {}; ///< of the row before
 };
 
-/// Where depth begins or ends along rows: how often that is, and how often with values that a filter made.
-struct FilteredBorders {
-    std::size_t all = 0, filtered = 0;
-};
-
 /// Numbers that programs write where there is no depth, or the near plane's code.
 struct SharedNumbers {
     std::vector<float> numbers; ///< in ascending order
@@ -104,7 +99,7 @@ struct SharedNumbers {
         pairs; ///< of pixels that hold one of them; of those whose left neighbour does so, too
     std::size_t pixels = 0;
     std::size_t constant = 0; ///< pixels with another value that their left neighbour and the row before have, too
-    std::array<FilteredBorders, 2> borders{}; ///< beginnings and ends
+    std::size_t borders = 0, filtered = 0; ///< of pixels without depth; those with values in between
 
     SharedNumbers() = default;
     SharedNumbers(const Camera& camera, Storage storage);
@@ -112,7 +107,7 @@ struct SharedNumbers {
 
 private:
     DepthForm form_{};
-    bool counts_distances_ = false, has_range_ = false;
+    bool counts_distances_ = false;
     std::vector<float> before_ = {}; ///< the row before
 };
 

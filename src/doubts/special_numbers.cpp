@@ -29,10 +29,8 @@ constexpr double apart_of_range = 0.25;      // of the range of all others, wher
 constexpr double above_nothing = 0.01;       // of the largest value: what is nearer may begin at 0
 constexpr double near_gap = 0.05;            // of the range of all others
 constexpr double many_filtered = 0.3;        // of the borders of what has no depth
-constexpr double many_filtered_buffer = 0.4; // the same of depth buffers, in which far surfaces are near the sky
-constexpr std::size_t least_borders = 12;    // on a side, that speak against it
-constexpr std::size_t least_filtered = 32;   // borders: in small images bars and edges are as narrow as a filter
-constexpr std::size_t reach_of_filter = 7;   // pixels, with three of the surface itself
+constexpr double many_filtered_buffer = 0.6; // the same of depth buffers, in which far surfaces are near the sky
+constexpr std::size_t least_filtered = 32;   // borders
 constexpr float raw_kinect_highest = 1100;   // of the values that its 11 bits have
 constexpr float raw_kinect_none = 2047;      // which may be shifted left by three
 
@@ -116,8 +114,7 @@ bool stands_apart(double number, Others others, bool has_depth, bool is_float) {
 } // namespace
 
 SharedNumbers::SharedNumbers(const Camera& camera, Storage storage)
-    : form_(depth_form(camera, storage)), counts_distances_(form_.perspective && counts_distances(camera.encoding)),
-      has_range_(!is_metric(camera.encoding)) {
+    : form_(depth_form(camera, storage)), counts_distances_(form_.perspective && counts_distances(camera.encoding)) {
     if (is_metric(camera.encoding))
         numbers = numbers_without_depth();
     else if (const auto code = near_code(camera, form_, storage))
@@ -143,45 +140,28 @@ void SharedNumbers::add(const HostDepth& row) {
         }
         before_[values.size()] = value;
         const bool is_ahead = !counts_distances_ || value * form_.farther > 0; // the others have no depth, named or not
-        values.emplace_back(value, kind_of(form_, value, bits) != StoredKind::depth || !is_ahead ||
-                                       (has_range_ && (value < form_.lowest || value > form_.highest)));
+        values.emplace_back(value, kind_of(form_, value, bits) != StoredKind::depth || !is_ahead);
         has_border |= values.back().second;
     });
     if (!has_border)
         return;
-    // Beside a pixel without depth a filter leaves values between its number and the surface that follows, or beyond either: numbers
-    // that are no depth either, but others than those beside them, and surfaces before the surface or behind it.
-    const auto look_from = [&](FilteredBorders& found, const auto& at) {
-        for (std::size_t i = 0; i + reach_of_filter < values.size(); ++i) {
-            bool is_border = at(i).second;
-            for (std::size_t k = 1; k <= reach_of_filter; ++k)
-                is_border = is_border && !at(i + k).second;
-            if (!is_border)
+    // Beside a pixel without depth two that lie between its number and the surface that follows were made by a filter.
+    const auto look_from = [&](const auto& at) {
+        for (std::size_t i = 0; i + 5 < values.size(); ++i) {
+            if (!at(i).second || at(i + 1).second || at(i + 2).second || at(i + 3).second || at(i + 4).second ||
+                at(i + 5).second)
                 continue;
-            const float nothing = at(i).first, surface = at(i + reach_of_filter - 1).first, step = surface - nothing;
-            const auto is_near = [&](std::size_t k) {
-                return std::abs(at(i + k).first - surface) <= 0.02f * std::abs(step);
-            };
-            // A filter reaches some pixels into the number. Numbers that change everywhere are surfaces outside of what is valid.
-            const auto is_code = [&](const auto& one, const auto& other) {
-                return one.second && other.second && one.first == other.first && std::isfinite(one.first);
-            };
-            bool mixed = i > reach_of_filter && std::isfinite(nothing) &&
-                         is_code(at(i - reach_of_filter), at(i - reach_of_filter - 1)) &&
-                         at(i - reach_of_filter).first != nothing;
-            if (!mixed &&
-                (!std::isfinite(step) || step == 0 || !is_near(reach_of_filter - 2) || !is_near(reach_of_filter)))
+            const float nothing = at(i).first, surface = at(i + 4).first, step = surface - nothing;
+            const auto is_near = [&](float value) { return std::abs(value - surface) <= 0.02f * std::abs(step); };
+            if (!std::isfinite(step) || step == 0 || !is_near(at(i + 3).first) || !is_near(at(i + 5).first))
                 continue;
-            const auto part = [&](std::size_t k) { return (at(i + k).first - nothing) / step; };
-            if (std::abs(part(1) - part(2)) > 0.03f) // or something narrow begins there
-                for (std::size_t k = 1; k + 3 < reach_of_filter; ++k)
-                    mixed = mixed || (part(k) > 0.05f && part(k) < 0.9f) || part(k) > 1.04f;
-            ++found.all;
-            found.filtered += mixed;
+            const float part = (at(i + 1).first - nothing) / step;
+            ++borders;
+            filtered += part > 0.1f && part < 0.9f;
         }
     };
-    look_from(borders[0], [&](std::size_t i) { return values[i]; });
-    look_from(borders[1], [&](std::size_t i) { return values[values.size() - 1 - i]; });
+    look_from([&](std::size_t i) { return values[i]; });
+    look_from([&](std::size_t i) { return values[values.size() - 1 - i]; });
 }
 
 std::optional<std::string> special_number_doubt(const Subject& subject) {
@@ -266,20 +246,15 @@ std::optional<std::string> special_number_doubt(const Subject& subject) {
 }
 
 std::optional<std::string> filtered_doubt(const Subject& subject) {
+    const SharedNumbers& shared = subject.numbers;
     const double many = subject.camera.encoding == Encoding::window ? many_filtered_buffer : many_filtered;
-    FilteredBorders all;
-    for (const FilteredBorders& side :
-         subject.numbers.borders) { // what casts a shadow may be narrow, but lies on one side of it
-        if (side.all >= least_borders && !(static_cast<double>(side.filtered) > many * static_cast<double>(side.all)))
-            return std::nullopt;
-        all.filtered += side.filtered;
-        all.all += side.all;
-    }
-    if (all.filtered < least_filtered)
+    if (shared.filtered < least_filtered ||
+        !(static_cast<double>(shared.filtered) > many * static_cast<double>(shared.borders)))
         return std::nullopt;
-    return text("beside pixels without depth ", percent(all.filtered, all.all),
-                " of the values lie between theirs and the surface's, or beyond, and are no depths: it was filtered or "
-                "resized; take the nearest pixel instead (cv::INTER_NEAREST)");
+    return text("beside pixels without depth ", percent(shared.filtered, shared.borders),
+                " of the values lie between theirs and the surface's, which are no depths: it was filtered or resized; "
+                "take the nearest "
+                "pixel instead (cv::INTER_NEAREST)");
 }
 
 } // namespace fathom
