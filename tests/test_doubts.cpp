@@ -483,28 +483,6 @@ TEST_CASE("doubts: numbers that are no depth are told with their key, unless the
         filtered[i] = std::round((filtered[i] + filtered[i - 1]) / 2);
     const std::string resized = "it was filtered or resized";
     CHECK(told(filtered, Storage::uint16).find(resized) != std::string::npos);
-    // A cubic, which overshoots on both sides of a hole, whether its code is before all else or behind; and something narrow that
-    // casts a shadow, which is a surface.
-    for (const double number : {0.0, 65535.0}) {
-        std::vector<double> plain(static_cast<std::size_t>(columns * rows)), narrow = plain;
-        for (int i = 0; i < columns * rows; ++i) {
-            const int x = i % columns;
-            const auto at = static_cast<std::size_t>(i);
-            plain[at] = x >= 96 && x < 150 ? number : 2000 + 2 * x;
-            narrow[at] = x >= 150 && x < 153 ? 800 : plain[at];
-        }
-        std::vector<double> cubic = plain;
-        for (std::size_t i = 2; i + 2 < plain.size(); ++i) // half a pixel aside
-            cubic[i] = std::clamp((9 * (plain[i] + plain[i + 1]) - plain[i - 1] - plain[i + 2]) / 16, 0.0, 65535.0);
-        camera.missing = number;
-        camera.scale = 0.001;
-        INFO(number);
-        CHECK(told(cubic, Storage::uint16).find(resized) != std::string::npos);
-        CHECK(told(plain, Storage::uint16) == "");
-        CHECK(told(narrow, Storage::uint16) == "");
-    }
-    camera.missing.reset();
-    camera.scale = 1;
     const auto mixed = [&](double number, double (*stored)(double)) {
         std::vector<double> values = with(number, stored);
         for (std::size_t i = values.size() - 1; i > 0; --i)
