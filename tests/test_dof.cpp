@@ -788,10 +788,7 @@ TEST_CASE("dof: a clean plate that hides nothing changes no bit, and one that do
     const auto image = [](int across, int down, int channels) {
         return Image(default_device(), Element::f32, {across, down, channels});
     };
-    refused(image(side, 80, 3), depth,
-            "the clean plate is 90 x 80 pixels, the depth 90 x 90; upsample_along_edges makes depth of the size of a "
-            "picture that "
-            "shows the same");
+    refused(image(side, 80, 3), depth, "the clean plate is 90 x 80 pixels, the depth 90 x 90");
     refused(image(side, side, 4), depth, "the clean plate has 4 channels, color 3");
     refused(color, {image(80, side, 1), camera_of(80, side)},
             "the clean plate's depth is 80 x 90 pixels, the clean plate 90 x 90");

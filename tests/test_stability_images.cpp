@@ -326,7 +326,7 @@ TEST_CASE("stability: what cannot be decoded or placed is refused", "[stability]
     CHECK(contains(said([](Camera& c, UnprojectOptions&) { (*c.view)(3, 0) = 1e-3; }), "fourth row of 0 0 0 1"));
     CHECK(contains(said([](Camera& c, UnprojectOptions&) { (*c.view)(0, 3) = HUGE_VAL; }), "must be finite"));
     CHECK(contains(said([](Camera& c, UnprojectOptions&) { c.view.reset(); }), "need the camera's view matrix"));
-    CHECK(contains(said([](Camera&, UnprojectOptions& o) { o.origin.y() = std::nan(""); }), "finite"));
+    CHECK(contains(said([](Camera&, UnprojectOptions& o) { o.origin.y() = std::nan(""); }), "three finite numbers"));
     CHECK(contains(said([](Camera& c, UnprojectOptions&) { c.width = 7; }), "does not fit the camera's 7 x 4"));
     CHECK(contains(said([](Camera& c, UnprojectOptions&) { c.height = 3; }), "does not fit the camera's 8 x 3"));
     CHECK(contains(said([](Camera& c, UnprojectOptions&) { c.width = 0; }), "0 x 4"));

@@ -223,7 +223,7 @@ def export_backs(scene, output, frames, camera_name=None):
     """
     frames = list(frames)
     paths = paths_of(output, frames)
-    objects = {each: each.pass_index for each in scene.objects}
+    before, objects = scene.frame_current, {each: each.pass_index for each in scene.objects}
     material = only_backs()
     fronts, backs = layer_of(scene), layer_of(scene, material)
     fronts.use_nodes = fronts.render.use_compositing = True
@@ -260,10 +260,12 @@ def export_backs(scene, output, frames, camera_name=None):
                 fronts.camera = backs.camera = scene.objects[camera_name]
             for each in (scene, fronts, backs):
                 each.frame_set(frame)
-            file.base_path = f"{path}.part.#"
+            os.makedirs(os.path.dirname(os.path.abspath(path)), exist_ok=True)
+            file.base_path = f"{os.path.abspath(path)}.part.#"
             bpy.ops.render.render(scene=fronts.name)
             os.replace(f"{path}.part.{frame}.exr", path)
     finally:
+        scene.frame_set(before)
         for each, number in objects.items():
             each.pass_index = number
         for copy in (fronts, backs):

@@ -23,7 +23,7 @@ constexpr Real nothing = -1e6L;
 
 void check(const StoredDepth& stored, const Image& color, const FogOptions& options) {
     check_stored(stored);
-    check_picture(stored, {"color", color});
+    check_picture(stored, {"color", color}, upsample_to_picture);
     describe(description::Check{}, options);
     require(options.height_falloff == 0 || stored.camera.view,
             "height fog needs the camera's view matrix, and it has none");

@@ -194,12 +194,11 @@ void check_device(const StoredDepth& stored, const NamedImage& other) {
             " belongs to another Device than the stored depth, with a queue of its own; open one Device for both");
 }
 
-void check_picture(const StoredDepth& stored, const NamedImage& picture) {
+void check_picture(const StoredDepth& stored, const NamedImage& picture, const char* cure) {
     const auto& [name, image] = picture;
     check_picture_of_any_size(stored, picture);
     require(image.width() == stored.image.width() && image.height() == stored.image.height(), name, " is ",
-            size_of(image), " pixels, the depth ", size_of(stored.image),
-            "; upsample_along_edges makes depth of the size of a picture that shows the same");
+            size_of(image), " pixels, the depth ", size_of(stored.image), cure);
 }
 
 void check_picture_of_any_size(const StoredDepth& stored, const NamedImage& picture) {

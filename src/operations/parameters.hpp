@@ -69,7 +69,9 @@ void check_device(const StoredDepth& stored, const NamedImage& other);
 
 /// Is it a picture of the depth's size: three channels, or four with an alpha?
 /// Throws: std::invalid_argument naming the picture, what it is and what it must be.
-void check_picture(const StoredDepth& stored, const NamedImage& picture);
+void check_picture(const StoredDepth& stored, const NamedImage& picture, const char* cure = "");
+inline constexpr const char* upsample_to_picture =
+    "; upsample_along_edges makes depth of the size of a picture that shows the same";
 
 /// The same of a picture of any size.
 void check_picture_of_any_size(const StoredDepth& stored, const NamedImage& picture);

@@ -45,7 +45,7 @@ void check_clean_plate(const CleanPlate& clean_plate, const StoredDepth& stored,
 
 void check(const StoredDepth& stored, const Image& color, const DofOptions& options) {
     check_stored(stored);
-    check_picture(stored, {"color", color});
+    check_picture(stored, {"color", color}, upsample_to_picture);
     if (options.clean_plate)
         check_clean_plate(*options.clean_plate, stored, color);
     describe(description::Check{}, options);
