@@ -1,6 +1,6 @@
-# The tests as another build has compiled them, with the libraries and the program of this one: the sanitizers look at those,
-# and compiling the tests takes longer than all of them. Whole libraries come first, so that the code that is checked is also
-# what the tests take from headers. What measures the bench is left out.
+# The tests as another build has compiled them, with the libraries of this one that read and write files: the sanitizers look at
+# those, and compiling the rest takes longer than all of them. Whole libraries come first, so that the code that is checked is
+# also what the tests take from headers. What measures the bench is left out.
 set(objects ${test_files})
 list(FILTER objects EXCLUDE REGEX "/places\\.cpp$")
 list(TRANSFORM objects REPLACE ".*/(.+)" "${FATHOM_TESTS_FROM}/tests/CMakeFiles/fathom_tests.dir/\\1.o")
@@ -14,7 +14,7 @@ set_property(TARGET fathom_tests APPEND PROPERTY LINK_DEPENDS ${objects})
 find_package(fmt REQUIRED)
 list(APPEND CMAKE_MODULE_PATH ${PROJECT_SOURCE_DIR}/cmake)
 find_package(OpenCV REQUIRED COMPONENTS imgcodecs)
-set(checked fathom_cli fathom_shot fathom_io fathom_sequence fathom_camera_file fathom fathom_camera)
+set(checked fathom_io fathom_camera_file fathom fathom_camera)
 list(TRANSFORM checked REPLACE "(.+)" "$<TARGET_FILE:\\1>" OUTPUT_VARIABLE archives)
 target_link_options(fathom_tests PRIVATE LINKER:--whole-archive ${archives} LINKER:--no-whole-archive)
 target_link_libraries(fathom_tests PRIVATE ${objects}
@@ -23,4 +23,7 @@ target_link_libraries(fathom_tests PRIVATE ${objects}
   ${FATHOM_TESTS_FROM}/tests/truth/libfathom_truth.a
   ${FATHOM_TESTS_FROM}/examples/scene/libfathom_scene.a
   ${FATHOM_TESTS_FROM}/tests/fuzz/libfathom_fuzz_targets.a
+  ${FATHOM_TESTS_FROM}/src/cli/libfathom_cli.a
+  ${FATHOM_TESTS_FROM}/src/shot/libfathom_shot.a
+  ${FATHOM_TESTS_FROM}/src/sequence/libfathom_sequence.a
   ${checked} quadmath fmt::fmt OpenEXR::OpenEXR TIFF::TIFF PNG::PNG JPEG::JPEG ZLIB::ZLIB opencv_imgcodecs)
