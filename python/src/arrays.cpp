@@ -1,6 +1,7 @@
 // Arrays of Python as images of a device, and back, without a copy where the device can read and write the array's memory.
 #include "arrays.hpp"
 
+#include "runtime/memory.hpp"
 #include "unlocked.hpp"
 
 #include <nanobind/stl/string.h>
@@ -300,8 +301,7 @@ Image image_of(const HostImage& host, const Device& device) {
 nb::object new_array(Element element, const Layout& layout) {
     const auto side = [](int n) { return static_cast<std::size_t>(n); };
     const std::size_t bytes = side(layout.width) * side(layout.height) * side(layout.channels) * element_bytes(element);
-    constexpr std::size_t alignment = 64;
-    void* data = std::aligned_alloc(alignment, (bytes + alignment - 1) / alignment * alignment);
+    void* data = runtime::allocate(bytes);
     if (!data)
         throw std::bad_alloc();
     const nb::capsule owner(data, [](void* memory) noexcept { std::free(memory); });

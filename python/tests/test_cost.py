@@ -79,6 +79,31 @@ def test_little_is_outside_of_the_operation(operation):
     assert outside <= max(FRACTION * inside, SECONDS)
 
 
+HUGE_PAGES = "/sys/kernel/mm/transparent_hugepage/enabled"
+NEW_OVER_OUT = 2.5  # 4.8 with pages of 4 KiB, on two Zen 5 cores
+
+
+def huge_pages_are_off():
+    return not os.path.exists(HUGE_PAGES) or "[never]" in open(HUGE_PAGES).read()
+
+
+@pytest.mark.skipif(huge_pages_are_off(), reason=f"{HUGE_PAGES} says that nobody gets huge pages")
+def test_a_new_array_is_made_of_huge_pages():
+    """4K, unproject: each page of a new array costs when it is first written to."""
+    camera = fathom.Camera(fov_y_deg=60, near=0.1, far=100, width=3840, height=2160)
+    depth = numpy.linspace(0.1, 0.99, 3840 * 2160, dtype=numpy.float32).reshape(2160, 3840)
+    times = {True: [], False: []}
+    out = numpy.empty((2160, 3840, 3), numpy.float32)
+    for _ in range(20):
+        for new in times:
+            start = time.perf_counter()
+            fathom.unproject(depth, camera, out=None if new else out)
+            times[new].append(time.perf_counter() - start)
+    into_new, into_out = (numpy.median(times[new][3:]) for new in (True, False))
+    print(f"unproject 4K: {1e3 * into_new:.1f} ms into a new array, {1e3 * into_out:.1f} ms into `out`")
+    assert into_new <= NEW_OVER_OUT * into_out
+
+
 def resident_bytes():
     with open("/proc/self/statm") as statm:
         return int(statm.read().split()[1]) * os.sysconf("SC_PAGE_SIZE")

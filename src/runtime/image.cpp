@@ -5,12 +5,15 @@
 
 #include "require.hpp"
 #include "runtime/launched.hpp"
+#include "runtime/memory.hpp"
 #include "runtime/state.hpp"
 
 #include <algorithm>
 #include <array>
 #include <cstdint>
+#include <cstdlib>
 #include <limits>
+#include <memory>
 #include <stdexcept>
 #include <tuple>
 
@@ -64,6 +67,25 @@ std::shared_ptr<_cl_mem> make_buffer(const Device& device, cl_mem_flags flags, s
     return runtime::ask(device, make, "has no room for ", size, " bytes");
 }
 
+void CL_CALLBACK free_memory(cl_mem, void* memory) {
+    std::free(memory);
+}
+
+// Memory of the device's own. A CPU's is allocated here, since the driver's lies in small pages.
+std::shared_ptr<_cl_mem> make_own(const Device& device, std::size_t size) {
+    if (!device.info().cpu)
+        return make_buffer(device, CL_MEM_READ_WRITE, size, nullptr);
+    // Declared before the buffer, so that it outlives it.
+    std::unique_ptr<void, decltype(&std::free)> memory(runtime::allocate(size), std::free);
+    if (!memory)
+        throw Error(text(device.info().name, " has no room for ", size, " bytes"));
+    auto buffer = make_buffer(device, CL_MEM_READ_WRITE | CL_MEM_USE_HOST_PTR, size, memory.get());
+    const auto give = [&] { cl::Buffer(buffer.get(), true).setDestructorCallback(free_memory, memory.get()); };
+    runtime::ask(device, give, "cannot use ", size, " bytes");
+    memory.release(); // it goes with the buffer
+    return buffer;
+}
+
 bool can_share(const Device& device, Element element, const void* data) {
     return device.info().cpu && reinterpret_cast<std::uintptr_t>(data) % element_bytes(element) == 0;
 }
@@ -107,7 +129,7 @@ Image::Image(const Device& device, std::shared_ptr<_cl_mem> own, Element element
       layout_(with_aligned_stride(element, layout)), place_{.whole = buffer_.get()} {}
 
 Image::Image(const Device& device, Element element, Layout layout)
-    : Image(device, make_buffer(device, CL_MEM_READ_WRITE, allocation(element, layout), nullptr), element, layout) {}
+    : Image(device, make_own(device, allocation(element, layout)), element, layout) {}
 
 Image::Image(const Device& device, cl_mem buffer, Element element, Layout layout, std::size_t offset)
     : device_(device), buffer_(runtime::shared(buffer)), element_(element),

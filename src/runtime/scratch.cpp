@@ -2,13 +2,10 @@
 
 #include "runtime/scratch.hpp"
 
+#include "runtime/memory.hpp"
+
 #include <algorithm>
 #include <array>
-#include <cstdlib>
-
-#ifdef __linux__
-#include <sys/mman.h>
-#endif
 
 namespace fathom::runtime {
 namespace {
@@ -16,35 +13,6 @@ namespace {
 // An operation has fewer images than this between its passes; what is left over from other sizes is given back. Threads that
 // call at the same time leave as many each.
 constexpr std::size_t most_kept = 12;
-
-// Kernels that read far around their pixels wait for address translation more than for data if pages are small.
-constexpr std::size_t huge_page = std::size_t{2} << 20;
-
-struct Free {
-    void operator()(void* memory) const { std::free(memory); }
-};
-
-void CL_CALLBACK free_memory(cl_mem, void* memory) {
-    std::free(memory);
-}
-
-// Memory in huge pages where the system hands them out; the driver's own otherwise.
-cl::Buffer in_huge_pages(const Device& device, std::size_t size) {
-    // Declared before the buffer, so that it outlives it.
-    std::unique_ptr<void, Free> memory(std::aligned_alloc(huge_page, (size + huge_page - 1) / huge_page * huge_page));
-    if (!memory)
-        throw Error(text("no room for ", size, " bytes between the passes of an operation"));
-#ifdef __linux__
-    madvise(memory.get(), size, MADV_HUGEPAGE);
-#endif
-    const auto make = [&] {
-        cl::Buffer buffer(context_of(device), CL_MEM_READ_WRITE | CL_MEM_USE_HOST_PTR, size, memory.get());
-        buffer.setDestructorCallback(free_memory, memory.get());
-        memory.release(); // it goes with the buffer
-        return buffer;
-    };
-    return ask(device, make, "cannot use ", size, " bytes");
-}
 
 } // namespace
 
@@ -106,8 +74,7 @@ Image Scratch::image(Element element, Layout layout) {
     const std::size_t size = Image::allocation(element, layout);
     if (!take(size)) {
         make_room(size);
-        const bool huge = device_.info().cpu && size >= huge_page;
-        used_.push_back({size, huge ? in_huge_pages(device_, size) : buffer_of(Image(device_, element, layout))});
+        used_.push_back({size, buffer_of(Image(device_, element, layout))});
         Device::State& state = device_.state();
         const auto lock = locked(state.mutex);
         state.scratch_bytes += size;
