@@ -8,6 +8,7 @@
 #ifndef FATHOM_VECTOR_H
 #define FATHOM_VECTOR_H
 
+#include "builtins.h"
 #include "params.h"
 
 #ifndef V

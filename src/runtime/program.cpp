@@ -73,6 +73,22 @@ std::string build_log(const cl::Program& program, const cl::Device& device) {
     }
 }
 
+// False where the driver's compiler refuses a program.
+bool builds(const cl::Program& program, const cl::Device& device, const std::string& options) {
+    try {
+        program.build({device}, options.c_str());
+        return true;
+    } catch (const cl::Error& error) {
+        if (error.err() != CL_BUILD_PROGRAM_FAILURE) // the compiler did not come so far as to have a log
+            throw;
+        return false;
+    }
+}
+
+// With these Clang's header opencl-c.h is empty, and kernels/builtins.h has what kernels call of it. PoCL reads that header for
+// every program; a version of it that takes this for an error gets the program without them.
+constexpr const char* own_builtins = " -D_OPENCL_H_ -DBUILTINS";
+
 // Under the context's lock, so that two threads do not build the same.
 const Program& program(const Device& device, const std::string& file, const std::string& options) {
     Context& context = *device.state().shared;
@@ -85,11 +101,7 @@ const Program& program(const Device& device, const std::string& file, const std:
         check_pocl_folder(file, false);
     const PoclPrograms before = pocl ? pocl_programs() : PoclPrograms();
     const cl::Program built(context.context, assembled_source(file));
-    try {
-        built.build({context.device}, options.c_str());
-    } catch (const cl::Error& error) {
-        if (error.err() != CL_BUILD_PROGRAM_FAILURE) // the compiler did not come so far as to have a log
-            throw;
+    if (!(pocl && builds(built, context.device, options + own_builtins)) && !builds(built, context.device, options)) {
         if (pocl)
             check_pocl_folder(file, true);
         throw Error(text("kernels/", file, " does not build on ", device.info().name, " with ", options,
