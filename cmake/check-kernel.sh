@@ -4,7 +4,8 @@
 # replace a header's:
 #   // Built for: V = 1 4 8 16; FP64 = 0 1
 # STAMP is touched where nothing was found, and STAMP.d lists the headers.
-# Every pair of values of two choices is in one of the builds at least, since all combinations would be hundreds.
+# Every pair of values of two choices is in one of the builds at least, since all combinations would be hundreds. The built-in
+# functions are those of builtins.h, and in the first build those of Clang's own header.
 set -eu
 clang=$1
 folder=$2
@@ -80,12 +81,16 @@ choices "$kernel" | awk '
                         }
                         print line
                     }
-    }' | while read -r defines; do
-    # shellcheck disable=SC2086 # one line is several definitions
-    "$clang" -x cl -cl-std=CL1.2 -I "$folder" -Xclang -finclude-default-header -fsyntax-only -Wall -Werror \
-        -MD -MF "$stamp.d" -MT "$stamp" $defines "$kernel" || {
-        echo "$kernel does not compile with $defines" >&2
-        exit 1
-    }
-done
+    }' | {
+    builtins='-Xclang -finclude-default-header'
+    while read -r defines; do
+        # shellcheck disable=SC2086 # one line is several definitions
+        "$clang" -x cl -cl-std=CL1.2 -I "$folder" $builtins -fsyntax-only -Wall -Werror \
+            -MD -MF "$stamp.d" -MT "$stamp" $defines "$kernel" || {
+            echo "$kernel does not compile with $defines" >&2
+            exit 1
+        }
+        builtins='-cl-no-stdinc -DBUILTINS -include opencl-c-base.h'
+    done
+}
 touch "$stamp"

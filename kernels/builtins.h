@@ -1,7 +1,7 @@
 // The built-in functions of OpenCL C that kernels call, declared where the host defines BUILTINS. For every program PoCL lets
 // Clang read a header of 18,000 lines that declares all of them, and once more to look for the program among those that it has
 // compiled: that was most of the time to load one. The host makes that header empty; see runtime/program.cpp. Functions have all
-// the types here that a call could mean, so that it means the same with either header.
+// the types here that a call could mean, so that it means the same with either header; numbers below int become int.
 
 #ifndef FATHOM_BUILTINS_H
 #define FATHOM_BUILTINS_H
@@ -79,12 +79,12 @@
     EACH_WIDTH(OF_INTEGERS, type, u##type) EACH_WIDTH(OF_INTEGERS, u##type, u##type) EACH_WIDTH(OF_SIGNED, type)
 
 FLOATS(float, int)
-INTEGERS(char)
-INTEGERS(short)
 INTEGERS(int)
 INTEGERS(long)
 CONVERT_TO(int)
 CONVERT_TO(uint)
+CONVERT_TO(uchar)
+CONVERT_TO(ushort)
 #ifdef cl_khr_fp64
 #pragma OPENCL EXTENSION cl_khr_fp64 : enable
 FLOATS(double, long)
@@ -95,10 +95,14 @@ EACH_WIDTH(CONVERT, uint, double)
 #endif
 
 BUILTIN size_t get_global_id(uint);
-__attribute__((overloadable, pure)) float vload_half(size_t, const __global half*);
-__attribute__((overloadable, pure)) float4 vload4(size_t, const __global float*);
+#define PURE __attribute__((overloadable, pure))
+PURE float4 vload4(size_t, const __global float*);
+__attribute__((overloadable)) void vstore3(float3, size_t, float*);
 __attribute__((overloadable)) void vstore3(float3, size_t, __global float*);
-__attribute__((overloadable)) void vstore_half_rte(float, size_t, __global half*);
+#define OF_HALVES(n, type)                                                                                             \
+    PURE N(type, n) vload_half##n(size_t, const __global half*);                                                       \
+    __attribute__((overloadable)) void vstore_half##n##_rte(N(type, n), size_t, __global half*);
+EACH_WIDTH(OF_HALVES, float)
 
 #endif
 #endif

@@ -183,9 +183,9 @@ INLINE floatV load_elements(__global const ELEMENT_TYPE* from) {
 #elif ELEMENT == ELEMENT_HALF
     return JOIN(vload_half, V)(0, (__global const half*)from);
 #elif ELEMENT == ELEMENT_U16
-    return convert_floatV(JOIN(vload, V)(0, from)) / 65535.0f;
+    return convert_floatV(LOAD(ushort, from)) / 65535.0f;
 #else
-    return convert_floatV(JOIN(vload, V)(0, from)) / 255.0f;
+    return convert_floatV(LOAD(uchar, from)) / 255.0f;
 #endif
 }
 
@@ -198,10 +198,10 @@ INLINE void store_elements(floatV value, __global ELEMENT_TYPE* to) {
     JOIN(JOIN(vstore_half, V), _rte)(value, 0, (__global half*)to);
 #elif ELEMENT == ELEMENT_U16
     value = min(max(value, 0.0f), 1.0f);
-    JOIN(vstore, V)(JOIN(convert_, LANES(ushort))(CODE_OF(floatV, value, 65535.0f)), 0, to);
+    *(__global ushort_lanes*)to = JOIN(convert_, LANES(ushort))(CODE_OF(floatV, value, 65535.0f));
 #else
     value = min(max(value, 0.0f), 1.0f);
-    JOIN(vstore, V)(JOIN(convert_, LANES(uchar))(CODE_OF(floatV, value, 255.0f)), 0, to);
+    *(__global uchar_lanes*)to = JOIN(convert_, LANES(uchar))(CODE_OF(floatV, value, 255.0f));
 #endif
 }
 
