@@ -42,9 +42,9 @@ std::string text_at(const json& object, const std::string& key) {
 
 void refuse_distortion(const Frame& frame) {
     constexpr std::array perspectives{"SIMPLE_PINHOLE", "PINHOLE", "SIMPLE_RADIAL", "RADIAL", "OPENCV"};
-    constexpr const char* cure =
-        "; undo it first: colmap image_undistorter makes images and cameras without, or cv::initUndistortRectifyMap "
-        "and cv::remap with INTER_NEAREST";
+    constexpr const char* cure = "; undo it first: colmap image_undistorter makes images and cameras without; the page "
+                                 "\"Cameras from files\" says "
+                                 "how depth is remapped";
     if (const json* model = frame.value("camera_model");
         model && std::ranges::none_of(perspectives, [&](const char* each) { return *model == each; }))
         refuse(frame.file, "\"camera_model\": " + shown(*model) + " is no pinhole" + cure);

@@ -79,10 +79,10 @@ bool is_zero(const std::vector<double>& all) {
     return std::ranges::all_of(all, [](double each) { return each == 0; });
 }
 
-/// What OpenCV undoes a distortion with. Depths must not be mixed.
-constexpr const char* opencv_cure =
-    "; undo it with cv::initUndistortRectifyMap (the new camera matrix is this one) and cv::remap with INTER_NEAREST, "
-    "then say --undistorted";
+/// How depth is remapped: no interpolation suits every operation.
+constexpr const char* remapped = "Map (the new camera matrix is this one) and cv::remap, with INTER_NEAREST for "
+                                 "points, and INTER_LINEAR for normals "
+                                 "and occlusion, without the pixels along edges; then say --undistorted";
 
 Imported import_opencv(const fs::path& file, const YAML::Node& map, const ImportOptions& options) {
     Imported imported{.keys = {{"view_axes", "opencv"}},
@@ -97,11 +97,12 @@ Imported import_opencv(const fs::path& file, const YAML::Node& map, const Import
         return imported;
     if (const YAML::Node fisheye = value(map, {"fisheye_model"});
         fisheye.IsDefined() && count(file, fisheye, "fisheye_model"))
-        refuse(file, "\"fisheye_model\": is no pinhole; undo it with cv::fisheye::initUndistortRectifyMap (the new "
-                     "camera matrix is this one) and cv::remap with INTER_NEAREST, then say --undistorted");
+        refuse(file, std::string("\"fisheye_model\": is no pinhole; undo it with cv::fisheye::initUndistortRectify") +
+                         remapped);
     for (const char* key : {"distortion_coefficients", "distCoeffs", "dist_coeffs"})
         if (const YAML::Node node = value(map, {key}); node.IsDefined() && !is_zero(numbers(file, node, key)))
-            refuse(file, std::string("\"") + key + "\": is a lens distortion" + opencv_cure);
+            refuse(file, std::string("\"") + key + "\": is a lens distortion; undo it with cv::initUndistortRectify" +
+                             remapped);
     return imported;
 }
 
