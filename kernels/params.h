@@ -132,6 +132,19 @@ typedef struct {
 } ray_params;
 PARAMS(ray_params, 248)
 
+// Rays through a lens are patches: see kernels/camera/patch.h. Tiles of 1 << lens_tile_shift pixels on a side choose their size.
+CONSTANT(lens_tile_shift, 4)
+
+// Floats of a node of the patches.
+CONSTANT(lens_node_floats, 20)
+
+typedef struct {
+    float centre[3][2];  // the camera centre in the axes of the result: sums of two floats
+    float least_ahead;   // rays with less of them along the view axis have no depth along it
+    u32 tiles;           // in a row
+} lens_params;
+PARAMS(lens_params, 32)
+
 // From inverse depth q and its slopes gx, gy per pixel to a normal. See kernels/normals/normals.cl.
 //   n = of_slope_x gx + of_slope_y gy + of_depth (q - gx (x - centre_x) - gy (y - centre_y)), or 1 for the last factor
 // for an orthographic camera. The bound of q's error is error_constant + error_linear |q| + error_quadratic q^2.

@@ -416,9 +416,9 @@ TEST_CASE("cameras: transforms.json of nerfstudio and instant-ngp", "[io][camera
     const auto refused = [&](const std::string& keys, const std::vector<std::string>& parts) {
         check_says([&] { ngp(keys); }, parts);
     };
-    refused(lens + R"("k2": 0.01)", {"\"k2\": 0.01 is a lens distortion", "colmap image_undistorter"});
-    refused(lens + R"("camera_model": "OPENCV_FISHEYE")", {"\"OPENCV_FISHEYE\" is no pinhole"});
-    refused(lens + R"("is_fisheye": true)", {"is_fisheye"});
+    refused(lens + R"("k4": 0.01)",
+            {"\"k4\": 0.01 is a coefficient that Fathom does not know", "colmap image_undistorter"});
+    refused(lens + R"("camera_model": "FOV")", {"\"FOV\" is a lens that Fathom does not know"});
     refused(R"("w": 640)", {"fl_x"});
     refused(R"("fl_x": 500)", {"\"cx\" is missing", "\"w\""});
     refused(R"("fl_x": "a", "w": 640, "h": 480)", {"\"fl_x\": \"a\" must be a number"});
@@ -477,8 +477,7 @@ TEST_CASE("cameras: OpenCV's calibration as cv::FileStorage writes it", "[io][ca
     check_says([&] { camera_for(made, 320, 200); }, {"640 x 480", "320 x 200", "use the camera of this image"});
 
     write(matrix, {0.1, -0.05, 0, 0, 0});
-    check_says([&] { import_camera(file, {.preset = "kinect"}); },
-               {"distortion_coefficients", "cv::initUndistortRectifyMap", "INTER_NEAREST", "--undistorted"});
+    CHECK(import_camera(file, {.preset = "kinect"}).camera.lens.value().k == std::vector<double>{0.1, -0.05, 0, 0, 0});
     CHECK(import_camera(file, {.preset = "kinect", .undistorted = true}).text == made.text);
     write(cv::Matx33d(525, 1, 319.5, 0, 525, 239.5, 0, 0, 1), {});
     check_says([&] { import_camera(file, {.preset = "kinect"}); }, {"camera_matrix", "skew"});
@@ -494,7 +493,6 @@ TEST_CASE("cameras: OpenCV's calibration as cv::FileStorage writes it", "[io][ca
     damaged("%YAML:1.0\n---\nM1: 7\nR: 8\n", {"neither OpenCV's \"camera_matrix\" nor \"K\" of ROS", "M1, R"});
     damaged("camera_matrix: [1, 0, 0]\n", {"3 numbers", "9"});
     damaged("camera_matrix: {rows: 3, cols: 4, data: [1, 0, 0, 0, 1, 0, 0, 0, 1]}\n", {"rows times cols"});
-    damaged("fisheye_model: 1\ncamera_matrix: [500, 0, 9, 0, 500, 9, 0, 0, 1]\n", {"fisheye", "cv::fisheye::"});
     damaged("just a text\n", {"holds no camera"});
     damaged("<?xml version=\"1.0\"?>", {"is XML"});
     damaged(std::string("camera_matrix: \x1b[31m\xff"), {"bad.yml"});
@@ -543,7 +541,7 @@ TEST_CASE("cameras: CameraInfo of ROS in both layouts", "[io][cameras]") {
         check_says([&] { import(text, {}); }, {"16UC1", "32FC1"});
     }
     for (const std::string& text : {saved(some), message(some, whole, 0, false)}) {
-        check_says([&] { import(text); }, {"lens distortion (plumb_bob)", "rectified topic", "--undistorted"});
+        CHECK(import(text).camera.lens.value().law == LensLaw::brown);
         const ImportedCamera camera = import(text, {.undistorted = true, .storage = Storage::uint16});
         check_sees(camera_for(camera, 640, 480), world.points(rectified), doubles);
     }
@@ -565,7 +563,7 @@ TEST_CASE("cameras: CameraInfo of ROS in both layouts", "[io][cameras]") {
     damaged(saved(none), "525.0", "0.0", {"info.yaml", "never calibrated"});
     damaged(saved(none), "525.0", ".nan", {"finite"});
     damaged(saved(none), "525.0", "-525.0", {"info.yaml", "is mirrored"});
-    damaged(saved(none), "plumb_bob", "equidistant", {"equidistant", "rectified topic"});
+    damaged(saved(none), "plumb_bob", "spherical", {"spherical", "rectified topic", "--undistorted"});
     damaged(message(none, whole, 0, false), "binning_x: 0", "binning_x: x", {"binning_x", "finite"});
     damaged(message(none, whole, 0, false), whole, "7", {"roi", "map"});
     damaged(saved(none), "image_width: 640", "image_width: -640", {"width", "whole number"});
@@ -768,9 +766,7 @@ TEST_CASE("cameras: COLMAP's damaged files", "[io][cameras]") {
     check_says(with_camera(-1, {1}), {"model number -1"});
     check_says(with_camera(1, {std::nan(""), 1, 1, 1}), {"PINHOLE", "not finite"});
     check_says(with_camera(1, {-5, 510, 322, 238}), {"fx = -5", "greater than 0"});
-    check_says(with_camera(2, {500, 322, 238, 0.01}),
-               {"SIMPLE_RADIAL with a lens distortion", "colmap image_undistorter"});
-    check_says(with_camera(5, {500, 500, 322, 238, 0, 0, 0, 0}), {"OPENCV_FISHEYE with a lens distortion"});
+    check_says(with_camera(7, {500, 500, 322, 238, 0.9}), {"FOV with a lens distortion", "colmap image_undistorter"});
     Colmap other;
     other.image(7, "a.jpg", Eigen::Quaterniond::Identity(), Vector3d(1, 2, 3));
     check_says([&] { import(cameras, Colmap::counted(1, other.images)); }, {"camera 7", "not in cameras.bin"});

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <fathom/lens_model.hpp>
 #include <fathom/projection.hpp>
 
 #include <Eigen/Core>
@@ -99,6 +100,9 @@ struct Camera {
     std::optional<int>
         depth_bits; ///< 1 to 24, or 32: of the buffer that a float image came from, for error bounds and fits
     std::optional<Eigen::Matrix4d> view; ///< world to view, in the projection's axes
+    /// What bends the pixels' rays. Of the projection then only the axes of view space count, and `linearize`, `unproject` and
+    /// `PixelRays` take the camera; everything else refuses it.
+    std::optional<LensModel> lens = {};
 };
 
 /// The formula that decodes a camera. See docs/camera.md.

@@ -23,6 +23,7 @@ struct CameraFile {
 
     /// The projection of an image of this size, if the file leaves it to the image: see `camera_for`.
     std::function<Projection(int width, int height)> projection_for = {};
+    std::function<LensModel(int width, int height)> lens_for = {}; ///< likewise of a panorama, or a lens in millimetres
 };
 
 /// Reads a camera file. Unknown keys are refused with the nearest known one; every refusal names the key and its value.

@@ -16,6 +16,7 @@
 #include <fathom/linearize.hpp>
 #include <fathom/normals.hpp>
 #include <fathom/photograph.hpp>
+#include <fathom/pixel_rays.hpp>
 #include <fathom/precision.hpp>
 #include <fathom/probe.hpp>
 #include <fathom/projection.hpp>

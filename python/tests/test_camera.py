@@ -169,7 +169,7 @@ SAID = {
         {"undistorted": True},
         "which undistorted=True is for; leave it out",
     ),
-    "a distortion": ("camera.yaml", ROS, {"preset": "kinect"}, "and say undistorted=True, which takes P"),
+    "a distortion": ("camera.yaml", ROS.replace("plumb_bob", "spherical"), {"preset": "kinect"}, "and say undistorted=True, which takes P"),
     "a topic": ("camera.yaml", ROS, {"undistorted": True}, 'preset="kinect" for 16UC1 (millimetres), preset="encoding=view-z"'),
 }
 

@@ -3,10 +3,12 @@
 
 #include "file.hpp"
 #include "imported.hpp"
+#include "lens_key.hpp"
 #include "presets.hpp"
 
 #include <fathom/camera_file.hpp>
 #include <fathom/error.hpp>
+#include <fathom/pixel_rays.hpp>
 #include <fathom/presets.hpp>
 
 #include <Eigen/LU>
@@ -107,16 +109,15 @@ std::optional<double> read_pixel_origin(const JsonObject& json) {
     return json.one_of<double>("pixel_origin", {{"corner", 0.0}, {"centre", 0.5}});
 }
 
-Projection read_intrinsics(const JsonObject& json, Camera& camera, Convention convention, Size size) {
+Intrinsics intrinsics_of(const JsonObject& json, Size size) {
     const auto own = json.object("intrinsics", {"fx", "fy", "cx", "cy", "pixel_origin"});
     const double shift = read_pixel_origin(own).value_or(read_pixel_origin(json).value_or(0.0));
-    const Intrinsics intrinsics{.fx = own.needed("fx"),
-                                .fy = own.needed("fy"),
-                                .cx = own.needed("cx") + shift,
-                                .cy = own.needed("cy") + shift,
-                                .width = size.known() ? size.width : 1,
-                                .height = size.known() ? size.height : 1};
-    return perspective(intrinsics, read_span(json, camera, {1, infinity}), convention);
+    return {.fx = own.needed("fx"),
+            .fy = own.needed("fy"),
+            .cx = own.needed("cx") + shift,
+            .cy = own.needed("cy") + shift,
+            .width = size.known() ? size.width : 1,
+            .height = size.known() ? size.height : 1};
 }
 
 Projection read_orthographic(const JsonObject& json, Camera& camera, Convention convention) {
@@ -160,7 +161,7 @@ Projection read_matrix(const JsonObject& json, Convention convention) {
 }
 
 /// A pinhole lens before a sensor, which the image covers: square pixels unless the sensor's height is given, too.
-Projection read_lens(const JsonObject& json, Camera& camera, Convention convention, Size size) {
+Intrinsics intrinsics_of_lens(const JsonObject& json, Size size) {
     for (const char* key : {"lens_mm", "sensor_mm", "sensor_height_mm"})
         if (json.has(key) && !(json.needed(key) > 0))
             json.refuse_value(key, "must be positive");
@@ -168,13 +169,12 @@ Projection read_lens(const JsonObject& json, Camera& camera, Convention conventi
     const double fx = width * json.needed("lens_mm") / json.needed("sensor_mm");
     const double fy =
         json.has("sensor_height_mm") ? height * json.needed("lens_mm") / json.needed("sensor_height_mm") : fx;
-    return perspective(Intrinsics{.fx = fx,
-                                  .fy = fy,
-                                  .cx = width / 2,
-                                  .cy = height / 2,
-                                  .width = static_cast<int>(width),
-                                  .height = static_cast<int>(height)},
-                       read_span(json, camera, {1, infinity}), convention);
+    return {.fx = fx,
+            .fy = fy,
+            .cx = width / 2,
+            .cy = height / 2,
+            .width = static_cast<int>(width),
+            .height = static_cast<int>(height)};
 }
 
 /// Makes the lens a projection?
@@ -182,8 +182,10 @@ bool has_lens(const JsonObject& json) {
     return json.has("lens_mm") && json.has("sensor_mm");
 }
 
-/// Which of the keys the projection has; "lens" where only the lens makes one.
+/// Which of the keys the projection has; "lens" where only the lens makes one, "face" where a view of 90 degrees does.
 std::string kind_of_projection(const JsonObject& json) {
+    if (const auto lens = io::read_lens_key(json, read_encoding(json)); lens && lens->has_projection())
+        return "face"; // of a cube; of a panorama its axes alone count
     std::string kind;
     for (const std::string each : {"projection", "perspective", "intrinsics", "orthographic"}) {
         if (!json.has(each))
@@ -211,11 +213,15 @@ bool waits_for_size(const JsonObject& json, Size size) {
 Projection read_projection(const JsonObject& json, Camera& camera, Size size) {
     const std::string kind = kind_of_projection(json);
     const auto convention = read_convention(json);
-    const auto projection = kind == "projection"    ? read_matrix(json, convention)
-                            : kind == "perspective" ? read_perspective(json, camera, convention, size)
-                            : kind == "intrinsics"  ? read_intrinsics(json, camera, convention, size)
-                            : kind == "lens"        ? read_lens(json, camera, convention, size)
-                                                    : read_orthographic(json, camera, convention);
+    const auto projection =
+        kind == "projection"    ? read_matrix(json, convention)
+        : kind == "perspective" ? read_perspective(json, camera, convention, size)
+        : kind == "intrinsics"
+            ? perspective(intrinsics_of(json, size), read_span(json, camera, {1, infinity}), convention)
+        : kind == "lens"
+            ? perspective(intrinsics_of_lens(json, size), read_span(json, camera, {1, infinity}), convention)
+        : kind == "face" ? perspective(std::numbers::pi / 2, 1, read_span(json, camera, {1, infinity}), convention)
+                         : read_orthographic(json, camera, convention);
     const auto plane = json.numbers("oblique_near_plane", 4);
     return plane && !waits_for_size(json, size)
                ? with_oblique_near_plane(projection, Eigen::Map<const Eigen::Vector4d>(plane->data()))
@@ -285,6 +291,7 @@ const std::vector<std::string> keys{"preset",
                                     "perspective",
                                     "intrinsics",
                                     "orthographic",
+                                    "lens",
                                     "clip_z",
                                     "clip_y",
                                     "oblique_near_plane",
@@ -344,8 +351,8 @@ std::string use_preset(JsonObject& json) {
         if (!json.has(key) && !json.has_within("perspective", key) && !json.has_within("orthographic", key) &&
             !is_matrix)
             json.refuse_missing(key, "the preset \"" + *name + "\" needs it: " + meaning);
-    const bool has_projection = json.has("projection") || json.has("perspective") || json.has("intrinsics") ||
-                                json.has("orthographic") || has_lens(json);
+    const bool has_projection = json.has("lens") || json.has("projection") || json.has("perspective") ||
+                                json.has("intrinsics") || json.has("orthographic") || has_lens(json);
     if (!has_projection)
         json.refuse_missing(
             preset->projection == "fx" ? "intrinsics" : "perspective." + preset->projection,
@@ -396,6 +403,18 @@ CameraFile read(JsonObject json) {
             Camera copy = camera;
             return read_projection(json, copy, {width, height});
         };
+    if (const auto lens = io::read_lens_key(json, camera.encoding); lens && lens->law) {
+        file.lens_for = [json, lens = *lens](int width, int height) {
+            const Size of_image{width, height};
+            return io::lens_model(lens, json.has("intrinsics") ? intrinsics_of(json, of_image)
+                                        : has_lens(json)       ? intrinsics_of_lens(json, of_image)
+                                                               : Intrinsics{1, 1, 0, 0, width, height});
+        };
+        camera.lens = file.lens_for(std::max(size.width, 1), std::max(size.height, 1));
+        Camera some = camera;
+        some.width = some.height = 1;
+        PixelRays{some}; // refuses numbers that no lens has
+    }
     check_parameters(json, camera);
     camera.rows = json.one_of<Rows>("rows", {{"top-down", Rows::top_down}, {"bottom-up", Rows::bottom_up}})
                       .value_or(Rows::top_down);
@@ -483,6 +502,8 @@ Camera camera_for(const CameraFile& file, int width, int height) {
     camera.height = height;
     if (file.projection_for)
         camera.projection = file.projection_for(width, height);
+    if (file.lens_for)
+        camera.lens = file.lens_for(width, height);
     return camera;
 }
 

@@ -137,6 +137,23 @@ json intrinsics_of(const fs::path& file, const std::vector<double>& matrix, std:
     return {{"fx", at(0, 0)}, {"fy", at(1, 1)}, {"cx", at(0, 2)}, {"cy", at(1, 2)}, {"pixel_origin", "centre"}};
 }
 
+json opencv_lens(const fs::path& file, std::vector<double> k, const std::string& name) {
+    constexpr std::size_t with_tilt = 14, without = 12, fewest = 4;
+    if (std::ranges::all_of(k, [](double each) { return each == 0; }))
+        return {};
+    if (k.size() == with_tilt && k[12] == 0 && k[13] == 0)
+        k.resize(without);
+    if (k.size() == with_tilt)
+        refuse(file, "\"" + name + "\": has a tilted sensor, which Fathom does not know; undistort the depth");
+    k.resize(std::max(k.size(), fewest));
+    return {{"model", "brown"}, {"k", k}};
+}
+
+json fisheye_lens(std::vector<double> k) {
+    k.resize(std::max<std::size_t>(k.size(), 4));
+    return {{"model", "opencv-fisheye"}, {"k", k}};
+}
+
 json rows_of(const Eigen::Matrix4d& matrix) {
     json rows = json::array();
     for (Eigen::Index r = 0; r < 4; ++r)

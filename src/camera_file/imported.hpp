@@ -61,6 +61,12 @@ std::size_t chosen(const std::filesystem::path& file, const std::vector<std::str
 nlohmann::json intrinsics_of(const std::filesystem::path& file, const std::vector<double>& matrix, std::size_t columns,
                              const std::string& name);
 
+/// The camera file's "lens" of OpenCV's coefficients, of which 14 end with a tilt that must be 0; empty where all are 0.
+nlohmann::json opencv_lens(const std::filesystem::path& file, std::vector<double> k, const std::string& name);
+
+/// The same of its fisheye.
+nlohmann::json fisheye_lens(std::vector<double> k);
+
 /// Four rows of four, as the camera file has a matrix.
 nlohmann::json rows_of(const Eigen::Matrix4d& matrix);
 

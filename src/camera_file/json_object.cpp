@@ -62,6 +62,10 @@ private:
     std::vector<std::set<std::string>> open_; ///< keys of the objects that the parser is in
 };
 
+bool are_numbers(const json& list) {
+    return list.is_array() && std::ranges::all_of(list, [](const json& each) { return each.is_number(); });
+}
+
 } // namespace
 
 json parsed_json(const std::filesystem::path& file, std::span<const unsigned char> bytes) {
@@ -164,10 +168,17 @@ std::optional<std::vector<double>> JsonObject::numbers(const std::string& key, s
     if (!has(key))
         return std::nullopt;
     const auto& list = value_[key];
-    if (!list.is_array() || list.size() != how_many ||
-        !std::all_of(list.begin(), list.end(), [](const json& v) { return v.is_number(); }))
+    if (!are_numbers(list) || list.size() != how_many)
         refuse_value(key, "must be " + std::to_string(how_many) + " numbers, [...]");
     return list.get<std::vector<double>>();
+}
+
+std::optional<std::vector<double>> JsonObject::list(const std::string& key) const {
+    if (!has(key))
+        return std::nullopt;
+    if (!are_numbers(value_[key]))
+        refuse_value(key, "must be numbers, [...]");
+    return value_[key].get<std::vector<double>>();
 }
 
 std::optional<Eigen::Matrix4d> JsonObject::matrix(const std::string& key) const {

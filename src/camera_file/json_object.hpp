@@ -50,7 +50,8 @@ public:
     std::optional<bool> boolean(const std::string& key) const;
     std::optional<std::string> string(const std::string& key) const;
     std::optional<std::vector<double>> numbers(const std::string& key, std::size_t how_many) const;
-    std::optional<Eigen::Matrix4d> matrix(const std::string& key) const; ///< four rows of four
+    std::optional<std::vector<double>> list(const std::string& key) const; ///< any count of numbers
+    std::optional<Eigen::Matrix4d> matrix(const std::string& key) const;   ///< four rows of four
 
     double needed(const std::string& key) const; ///< a number that must be there
 

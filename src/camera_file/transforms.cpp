@@ -40,19 +40,28 @@ std::string text_at(const json& object, const std::string& key) {
     return object.contains(key) && object[key].is_string() ? object[key].get<std::string>() : std::string();
 }
 
-void refuse_distortion(const Frame& frame) {
-    constexpr std::array perspectives{"SIMPLE_PINHOLE", "PINHOLE", "SIMPLE_RADIAL", "RADIAL", "OPENCV"};
-    constexpr const char* cure = "; undo it first: colmap image_undistorter makes images and cameras without; the page "
-                                 "\"Cameras from files\" says "
-                                 "how depth is remapped";
-    if (const json* model = frame.value("camera_model");
-        model && std::ranges::none_of(perspectives, [&](const char* each) { return *model == each; }))
-        refuse(frame.file, "\"camera_model\": " + shown(*model) + " is no pinhole" + cure);
-    if (const json* fisheye = frame.value("is_fisheye"); fisheye && *fisheye != false)
-        refuse(frame.file, std::string("\"is_fisheye\": ") + shown(*fisheye) + " is no pinhole" + cure);
-    for (const char* key : {"k1", "k2", "k3", "k4", "k5", "k6", "p1", "p2"})
-        if (const auto k = frame.number(key); k && *k != 0)
-            refuse(frame.file, std::string("\"") + key + "\": " + shown(*k) + " is a lens distortion" + cure);
+/// The lens of nerfstudio's models, and of instant-ngp; empty for a pinhole.
+json lens_of(const Frame& frame) {
+    constexpr std::array pinholes{"SIMPLE_PINHOLE", "PINHOLE", "SIMPLE_RADIAL", "RADIAL", "OPENCV"};
+    constexpr std::array fisheyes{"OPENCV_FISHEYE", "SIMPLE_RADIAL_FISHEYE", "RADIAL_FISHEYE"};
+    const json* model = frame.value("camera_model");
+    const auto is_one_of = [&](const auto& names) {
+        return model && std::ranges::any_of(names, [&](const char* each) { return *model == each; });
+    };
+    if (model && !is_one_of(pinholes) && !is_one_of(fisheyes))
+        refuse(frame.file, "\"camera_model\": " + shown(*model) +
+                               " is a lens that Fathom does not know; undo it first: "
+                               "colmap image_undistorter makes images and cameras without");
+    const auto k = [&](const char* key) { return frame.number(key).value_or(0); };
+    const json* is_fisheye = frame.value("is_fisheye");
+    if (is_one_of(fisheyes) || (is_fisheye && *is_fisheye != false))
+        return fisheye_lens({k("k1"), k("k2"), k("k3"), k("k4")});
+    for (const char* key : {"k4", "k5", "k6"}) // nerfstudio's k4 is that of r⁸, which OpenCV has not
+        if (k(key) != 0)
+            refuse(frame.file, std::string("\"") + key + "\": " + shown_number(k(key)) +
+                                   " is a coefficient that Fathom does not know; undo the distortion first: colmap "
+                                   "image_undistorter makes images and cameras without");
+    return opencv_lens(frame.file, {k("k1"), k("k2"), k("p1"), k("p2"), k("k3")}, "k1");
 }
 
 std::optional<int> pixels(const Frame& frame, const std::string& key) {
@@ -173,11 +182,12 @@ Imported import_transforms(const fs::path& file, const json& transforms, const I
     const auto place = by_depth ? static_cast<std::size_t>(std::ranges::find_if(depths, is_its_depth) - depths.begin())
                                 : chosen(file, names, options.image, options.depth, "image", "--image");
     const Frame frame{file, frames[place], transforms, "frames[" + std::to_string(place) + "]."};
-    refuse_distortion(frame);
     Imported imported{.keys = projection_of(frame),
                       .otherwise = encoding_of(frame),
                       .cure =
                           "name its source or give the keys: --preset tum, or --preset encoding=view-z,scale=0.001"};
+    if (const json lens = lens_of(frame); !lens.empty())
+        imported.keys["lens"] = lens;
     imported.keys["camera_to_world"] = rows_of(camera_to_world(frame));
     return imported;
 }

@@ -383,6 +383,8 @@ auto decoder(const Camera& camera, const HostDepth& stored) {
 } // namespace
 
 Doubt refusal(const Subject& subject) {
+    if (subject.camera.lens) // nothing here knows bent rays
+        return std::nullopt;
     if (subject.look.invalid == subject.look.pixels)
         return "no pixel has a depth: " + reason(subject, statistics_of(subject));
     if (const Doubt halves = half_bits_doubt(subject))
@@ -394,6 +396,8 @@ std::vector<std::string> doubts(const Subject& subject) {
     if (const Doubt refused = refusal(subject)) // whatever else is seen follows from it
         return {*refused};
     const Camera& camera = subject.camera;
+    if (camera.lens)
+        return {};
     const bool distances = counts_distances(camera.encoding), float_distances = distances && is_float(subject.storage);
     std::vector<std::string> said;
     const auto add = [&](const Doubt& doubt) {
@@ -446,6 +450,8 @@ auto asked_of(const Camera& camera, const HostDepth& stored, const Ask& ask) {
 } // namespace
 
 std::vector<std::string> depth_doubts(const Camera& camera, const HostDepth& stored) {
+    if (camera.lens)
+        return {};
     return asked_of(camera, stored, doubts);
 }
 

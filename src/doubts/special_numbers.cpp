@@ -111,10 +111,17 @@ bool stands_apart(double number, Others others, bool has_depth, bool is_float) {
            (others.least - number > apart_of_range * range || (number > 0 && apart * number <= others.least));
 }
 
+// What counts numbers needs no rays.
+Camera without_lens(Camera camera) {
+    camera.lens.reset();
+    return camera;
+}
+
 } // namespace
 
 SharedNumbers::SharedNumbers(const Camera& camera, Storage storage)
-    : form_(depth_form(camera, storage)), counts_distances_(form_.perspective && counts_distances(camera.encoding)) {
+    : form_(depth_form(without_lens(camera), storage)),
+      counts_distances_(form_.perspective && counts_distances(camera.encoding)) {
     if (is_metric(camera.encoding))
         numbers = numbers_without_depth();
     else if (const auto code = near_code(camera, form_, storage))

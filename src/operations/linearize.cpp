@@ -5,6 +5,7 @@
 #include "camera/form.hpp"
 #include "description/check.hpp"
 #include "description/linearize.hpp"
+#include "operations/lens_table.hpp"
 #include "operations/parameters.hpp"
 #include "runtime/launched.hpp"
 
@@ -15,14 +16,23 @@ void run(const StoredDepth& stored, const Image& result, const LinearizeOptions&
          int vector_width, bool stream) {
     const Device& device = stored.image.device();
     const Arithmetic arithmetic = device.options().arithmetic;
-    const DepthForm form = depth_form(stored.camera, stored.storage);
     const bool as_distance = options.as == Along::ray;
+    const runtime::Range range = range_of(end - begin, result.height(), vector_width);
+    if (stored.camera.lens) {
+        ThroughLens lens(stored, Eigen::Matrix3d::Identity(), Eigen::Vector3d::Zero(), vector_width, stream);
+        lens.defines.emplace_back("AS_DISTANCE", as_distance);
+        runtime::launch(device, runtime::kernel(device, "lens_linearize", lens.defines), range, stored.image, result,
+                        lens.table->tiles.on(device), lens.table->nodes.on(device),
+                        grid_parameters(stored, result, begin, end),
+                        depth_parameters(lens.form, stored.storage, options.background, arithmetic), lens.parameters);
+        return;
+    }
+    const DepthForm form = depth_form(stored.camera, stored.storage);
     const Rays view = as_distance || is_along_ray(form) ? camera_rays(stored.camera) : Rays{};
     runtime::Defines defines = decoder_defines(form, view, stored.storage, vector_width, stream);
     defines.emplace_back("AS_DISTANCE", as_distance);
     runtime::Kernel& kernel = runtime::kernel(device, "linearize", defines);
-    runtime::launch(device, kernel, range_of(end - begin, result.height(), vector_width), stored.image, result,
-                    grid_parameters(stored, result, begin, end),
+    runtime::launch(device, kernel, range, stored.image, result, grid_parameters(stored, result, begin, end),
                     depth_parameters(form, stored.storage, options.background, arithmetic),
                     ray_parameters(view, arithmetic));
 }

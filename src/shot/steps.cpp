@@ -204,6 +204,11 @@ std::optional<cv::Size> Steps::picture_size(const Work& work) const {
 // Depth gets the size of its picture, along the picture's edges. The camera maps the whole image, whatever its pixels are.
 void Steps::bring_up(Work& work) const {
     const cv::Mat& color = work.frame.images.get().picture.color;
+    if (work.seen.lens)
+        throw Error(fmt::format(
+            "{}: its camera has a lens, and depth gets the size of its picture along straight rays only; give "
+            "a picture of the depth's size",
+            work.frame.input.native()));
     Camera camera = work.seen;
     camera.width = color.cols;
     camera.height = color.rows;

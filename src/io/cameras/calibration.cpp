@@ -75,14 +75,10 @@ int count(const fs::path& file, const YAML::Node& node, const std::string& name)
     return static_cast<int>(pixels);
 }
 
-bool is_zero(const std::vector<double>& all) {
-    return std::ranges::all_of(all, [](double each) { return each == 0; });
+void set_lens(Imported& imported, const json& lens) {
+    if (!lens.empty())
+        imported.keys["lens"] = lens;
 }
-
-/// How depth is remapped: no interpolation suits every operation.
-constexpr const char* remapped = "Map (the new camera matrix is this one) and cv::remap, with INTER_NEAREST for "
-                                 "points, and INTER_LINEAR for normals "
-                                 "and occlusion, without the pixels along edges; then say --undistorted";
 
 Imported import_opencv(const fs::path& file, const YAML::Node& map, const ImportOptions& options) {
     Imported imported{.keys = {{"view_axes", "opencv"}},
@@ -95,14 +91,14 @@ Imported import_opencv(const fs::path& file, const YAML::Node& map, const Import
             imported.keys[key] = pixels;
     if (options.undistorted)
         return imported;
-    if (const YAML::Node fisheye = value(map, {"fisheye_model"});
-        fisheye.IsDefined() && count(file, fisheye, "fisheye_model"))
-        refuse(file, std::string("\"fisheye_model\": is no pinhole; undo it with cv::fisheye::initUndistortRectify") +
-                         remapped);
+    const YAML::Node is_fisheye = value(map, {"fisheye_model"});
+    const bool fisheye = is_fisheye.IsDefined() && count(file, is_fisheye, "fisheye_model") != 0;
     for (const char* key : {"distortion_coefficients", "distCoeffs", "dist_coeffs"})
-        if (const YAML::Node node = value(map, {key}); node.IsDefined() && !is_zero(numbers(file, node, key)))
-            refuse(file, std::string("\"") + key + "\": is a lens distortion; undo it with cv::initUndistortRectify" +
-                             remapped);
+        if (const YAML::Node node = value(map, {key}); node.IsDefined() || fisheye) {
+            const auto k = node.IsDefined() ? numbers(file, node, key) : std::vector<double>();
+            set_lens(imported, fisheye ? fisheye_lens(k) : opencv_lens(file, k, key));
+            break;
+        }
     return imported;
 }
 
@@ -136,7 +132,8 @@ Imported import_ros(const fs::path& file, const YAML::Node& map, const ImportOpt
     const YAML::Node d = value(map, {"distortion_coefficients", "d", "D"});
     const YAML::Node model = value(map, {"distortion_model"});
     const std::string name = model.IsDefined() && model.IsScalar() ? model.Scalar() : "";
-    const bool pinhole = name.empty() || name == "plumb_bob" || name == "rational_polynomial";
+    const bool pinhole = name.empty() || name == "plumb_bob" || name == "rational_polynomial",
+               fisheye = name == "equidistant" || name == "fisheye";
     Imported imported{
         .keys = {{"view_axes", "opencv"}},
         .cure = "name the topic's type: --preset kinect for 16UC1 (millimetres), --preset encoding=view-z for "
@@ -147,9 +144,12 @@ Imported import_ros(const fs::path& file, const YAML::Node& map, const ImportOpt
             refuse(file, "\"P\": is missing; it is what rectified images (--undistorted) have");
         imported.keys["intrinsics"] = intrinsics_of(file, matrix(file, p, "P", 12), 4, "P");
     } else {
-        if (!pinhole || (d.IsDefined() && !is_zero(numbers(file, d, "D"))))
-            refuse(file, "\"D\": is a lens distortion" + (name.empty() ? std::string() : " (" + name + ")") +
-                             "; take the depth of a rectified topic (image_proc) and say --undistorted, which takes P");
+        const auto coefficients = d.IsDefined() ? numbers(file, d, "D") : std::vector<double>();
+        if (!pinhole && !fisheye)
+            refuse(file,
+                   "\"D\": is a lens distortion that Fathom does not know (" + name +
+                       "); take the depth of a rectified topic (image_proc) and say --undistorted, which takes P");
+        set_lens(imported, fisheye ? fisheye_lens(coefficients) : opencv_lens(file, coefficients, "D"));
         imported.keys["intrinsics"] = intrinsics_of(file, k, 3, "K");
     }
     const Readout out = readout_of(file, map);

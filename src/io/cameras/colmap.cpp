@@ -22,27 +22,28 @@ namespace {
 
 static_assert(std::endian::native == std::endian::little, "COLMAP's binary files are little-endian");
 
-/// A camera model: how many parameters it has, how many of them are focal lengths and a principal point. The others
-/// distort.
+/// What the parameters of a camera model distort, behind its focal lengths and its principal point.
+enum class Distortion { none, radial, opencv, fisheye, other };
+
 struct Model {
     const char* name;
     std::size_t parameters;
     std::size_t focal_lengths;
-    bool pinhole_without_the_others;
+    Distortion distortion;
 };
 
 /// In the order of COLMAP's numbers.
-constexpr std::array<Model, 11> models{{{"SIMPLE_PINHOLE", 3, 1, true},
-                                        {"PINHOLE", 4, 2, true},
-                                        {"SIMPLE_RADIAL", 4, 1, true},
-                                        {"RADIAL", 5, 1, true},
-                                        {"OPENCV", 8, 2, true},
-                                        {"OPENCV_FISHEYE", 8, 2, false},
-                                        {"FULL_OPENCV", 12, 2, true},
-                                        {"FOV", 5, 2, false},
-                                        {"SIMPLE_RADIAL_FISHEYE", 4, 1, false},
-                                        {"RADIAL_FISHEYE", 5, 1, false},
-                                        {"THIN_PRISM_FISHEYE", 12, 2, false}}};
+constexpr std::array<Model, 11> models{{{"SIMPLE_PINHOLE", 3, 1, Distortion::none},
+                                        {"PINHOLE", 4, 2, Distortion::none},
+                                        {"SIMPLE_RADIAL", 4, 1, Distortion::radial},
+                                        {"RADIAL", 5, 1, Distortion::radial},
+                                        {"OPENCV", 8, 2, Distortion::opencv},
+                                        {"OPENCV_FISHEYE", 8, 2, Distortion::fisheye},
+                                        {"FULL_OPENCV", 12, 2, Distortion::opencv},
+                                        {"FOV", 5, 2, Distortion::other},
+                                        {"SIMPLE_RADIAL_FISHEYE", 4, 1, Distortion::fisheye},
+                                        {"RADIAL_FISHEYE", 5, 1, Distortion::fisheye},
+                                        {"THIN_PRISM_FISHEYE", 12, 2, Distortion::other}}};
 
 struct ColmapCamera {
     std::uint32_t id = 0;
@@ -240,26 +241,31 @@ json keys_of(const fs::path& file, const ColmapCamera& camera) {
             refuse(file, "has a camera " + std::string(model.name) +
                              " with a parameter that is not finite; run COLMAP again");
     const std::size_t of_pinhole = model.focal_lengths + 2;
-    const bool distorts = std::any_of(camera.parameters.begin() + static_cast<std::ptrdiff_t>(of_pinhole),
-                                      camera.parameters.end(), [](double k) { return k != 0; });
-    if (!model.pinhole_without_the_others || distorts)
-        refuse(file,
-               "has a camera " + std::string(model.name) +
-                   " with a lens distortion; run colmap image_undistorter --image_path IMAGES --input_path SPARSE "
-                   "--output_path DENSE, and take DENSE");
+    const std::vector<double> k(camera.parameters.begin() + static_cast<std::ptrdiff_t>(of_pinhole),
+                                camera.parameters.end());
+    if (model.distortion == Distortion::other)
+        refuse(
+            file,
+            "has a camera " + std::string(model.name) +
+                " with a lens distortion that Fathom does not know; run colmap image_undistorter --image_path IMAGES "
+                "--input_path SPARSE --output_path DENSE, and take DENSE");
     if (camera.width < 1 || camera.height < 1 || std::max(camera.width, camera.height) > 1'000'000'000)
         refuse(file, "has a camera of " + std::to_string(camera.width) + " x " + std::to_string(camera.height) +
                          " pixels; copy it again");
     const auto& p = camera.parameters;
-    return {{"width", camera.width},
-            {"height", camera.height},
-            {"view_axes", "opencv"},
-            {"intrinsics",
-             {{"fx", p[0]},
-              {"fy", p[model.focal_lengths - 1]},
-              {"cx", p[model.focal_lengths]},
-              {"cy", p[model.focal_lengths + 1]},
-              {"pixel_origin", "corner"}}}};
+    json keys{{"width", camera.width},
+              {"height", camera.height},
+              {"view_axes", "opencv"},
+              {"intrinsics",
+               {{"fx", p[0]},
+                {"fy", p[model.focal_lengths - 1]},
+                {"cx", p[model.focal_lengths]},
+                {"cy", p[model.focal_lengths + 1]},
+                {"pixel_origin", "corner"}}}};
+    if (const json lens = model.distortion == Distortion::fisheye ? fisheye_lens(k) : opencv_lens(file, k, model.name);
+        !lens.empty())
+        keys["lens"] = lens;
+    return keys;
 }
 
 Eigen::Matrix4d view_of(const fs::path& file, const ColmapImage& image) {

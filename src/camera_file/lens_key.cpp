@@ -1,0 +1,67 @@
+// The key "lens" of the camera file: a model by its name, its coefficients, or the angles of a panorama.
+#include "lens_key.hpp"
+
+#include <numbers>
+
+namespace fathom::io {
+namespace {
+
+// The ends of a panorama in degrees, in rising order.
+std::vector<double> ends_of(const JsonObject& own, const char* key, double most) {
+    const auto ends = own.numbers(key, 2).value_or(std::vector{-most / 2, most / 2});
+    if (!(ends[1] > ends[0] && ends[1] - ends[0] <= most))
+        own.refuse_value(key, "must be the lower and the higher end in degrees, at most " +
+                                  std::to_string(static_cast<int>(most)) + " apart");
+    return ends;
+}
+
+} // namespace
+
+std::optional<LensKey> read_lens_key(const JsonObject& json, Encoding encoding) {
+    if (!json.has("lens"))
+        return std::nullopt;
+    LensKey key{json.object("lens", {"model", "k", "longitude_deg", "latitude_deg"}), {}};
+    const auto known = [](LensLaw law) { return std::pair{to_string(law), std::optional(law)}; };
+    using enum LensLaw;
+    const auto law = key.own.one_of<std::optional<LensLaw>>("model", {known(brown),
+                                                                      known(equidistant),
+                                                                      known(equisolid),
+                                                                      known(stereographic),
+                                                                      known(opencv_fisheye),
+                                                                      known(double_sphere),
+                                                                      known(blender_polynomial),
+                                                                      known(equirectangular),
+                                                                      {"cube-face", std::nullopt}});
+    if (!law)
+        key.own.refuse_missing("model", "it is the lens's name, such as \"brown\" or \"opencv-fisheye\"");
+    key.law = *law;
+    for (const char* each : {"longitude_deg", "latitude_deg"})
+        if (key.own.has(each) && key.law != equirectangular)
+            key.own.refuse_value(each, "is for the model \"equirectangular\"");
+    if (key.own.has("k") && key.has_projection())
+        key.own.refuse_value("k", "is for lenses with coefficients");
+    for (const char* each : {"projection", "perspective", "orthographic", "oblique_near_plane"})
+        if (json.has(each))
+            json.refuse_whole(std::string("has both \"lens\" and \"") + each +
+                              "\"; a lens stands beside \"intrinsics\"");
+    if (key.has_projection() && json.has("intrinsics"))
+        json.refuse_whole("has both \"intrinsics\" and a \"lens\" that needs none; leave \"intrinsics\" out");
+    if (key.law && encoding == Encoding::window)
+        json.refuse_whole(
+            "has a \"lens\", and its values are a depth buffer's (\"encoding\": \"window\", the default), "
+            "which only a projection has; say what they are: \"view-z\" or \"ray-distance\"");
+    return key;
+}
+
+LensModel lens_model(const LensKey& key, const Intrinsics& intrinsics) {
+    if (key.law != LensLaw::equirectangular)
+        return {*key.law,      intrinsics.fx, intrinsics.fy,
+                intrinsics.cx, intrinsics.cy, key.own.list("k").value_or(std::vector<double>{})};
+    constexpr double degree = std::numbers::pi / 180;
+    const auto longitude = ends_of(key.own, "longitude_deg", 360), latitude = ends_of(key.own, "latitude_deg", 180);
+    const double fx = intrinsics.width / ((longitude[1] - longitude[0]) * degree),
+                 fy = intrinsics.height / ((latitude[1] - latitude[0]) * degree);
+    return {*key.law, fx, fy, -longitude[0] * degree * fx, latitude[1] * degree * fy};
+}
+
+} // namespace fathom::io

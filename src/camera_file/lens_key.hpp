@@ -1,0 +1,26 @@
+#pragma once
+
+#include "json_object.hpp"
+
+#include <fathom/camera.hpp>
+
+#include <optional>
+
+namespace fathom::io {
+
+/// What "lens" of a camera file says.
+struct LensKey {
+    JsonObject own;
+    std::optional<LensLaw> law; ///< none: a cube's face, which is a pinhole of 90 degrees
+
+    /// A panorama and a cube's face need no projection beside them.
+    bool has_projection() const { return !law || law == LensLaw::equirectangular; }
+};
+
+/// The lens; none where the file has none. Refused beside what only a projection has.
+std::optional<LensKey> read_lens_key(const JsonObject& json, Encoding encoding);
+
+/// The lens itself for an image of this size, whose "intrinsics" are counted from the corner. Sizes that are not known yet are 1.
+LensModel lens_model(const LensKey& key, const Intrinsics& intrinsics);
+
+} // namespace fathom::io

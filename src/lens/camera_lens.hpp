@@ -1,0 +1,37 @@
+#pragma once
+
+#include "lens/laws.hpp"
+
+#include <fathom/camera.hpp>
+
+namespace fathom::lens {
+
+/// A camera's lens between its stored pixels and its view space: rows from the top or from the bottom, and the camera's axes.
+class CameraLens {
+public:
+    /// Throws: std::invalid_argument for a camera without pixels, and for numbers that no lens has.
+    explicit CameraLens(const Camera& camera);
+
+    /// The unit ray through a position that is counted from the corner of the first stored pixel, and its derivatives by pixels.
+    std::optional<RayJets> ray(double x, double y) const;
+
+    /// The position in which a direction is seen.
+    std::optional<Eigen::Vector2d> pixel(const Eigen::Vector3d& direction) const;
+
+    /// A ray's part along the view axis.
+    double ahead(const Eigen::Vector3d& ray) const { return to_view_.z() * ray.z(); }
+
+    const Laws& laws() const { return laws_; }
+    LensLaw law() const { return model_.law; }
+
+private:
+    LensModel model_;
+    Laws laws_;
+    Eigen::Vector3d to_view_; ///< signs of the axes, from X right, Y down, Z ahead and back
+    double down_ = 1;         ///< −1 where stored rows go up
+    double first_ = 0;        ///< the top of the image, as stored rows count it
+    double turn_ = 0;         ///< pixels of a whole turn of a panorama; 0 for other lenses
+    double width_;
+};
+
+} // namespace fathom::lens

@@ -1,0 +1,267 @@
+// Lenses by name: rays of pixels, and pixels of rays.
+//   brown              (u, v) = D(X/Z, Y/Z)                              OpenCV, calib3d: up to 12 coefficients
+//   equidistant …      (u, v) = r(θ) (X, Y)/|(X, Y)|                     OpenCV, fisheye (Kannala and Brandt 2006)
+//   blender_polynomial the same with θ = −(k0 + k1 r + … + k4 r⁴)        Cycles, kernel/camera/projection.h
+//   double_sphere      ray = s (u, v, m) − (0, 0, ξ)                     Usenko, Demmel, Cremers 2018, eq. 41–51
+//   equirectangular    ray = (cos φ sin λ, −sin φ, cos φ cos λ)
+// A law is one curve or one map; its derivatives come from jets, and its inverse from the Newton steps of solve.hpp.
+
+#include "lens/laws.hpp"
+
+#include "lens/solve.hpp"
+#include "require.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <span>
+
+namespace fathom {
+
+const char* to_string(LensLaw law) {
+    static constexpr const char* names[] = {"brown",          "equidistant",   "equisolid",          "stereographic",
+                                            "opencv-fisheye", "double-sphere", "blender-polynomial", "equirectangular"};
+    static_assert(std::size(names) == static_cast<std::size_t>(LensLaw::equirectangular) + 1);
+    return names[static_cast<std::size_t>(law)];
+}
+
+namespace lens {
+namespace {
+
+constexpr double half_turn = std::numbers::pi;
+constexpr double end_rounding = 1e-9; // relative: a ray of the very fold is seen in its pixel again
+
+// Coefficients of a law, by the names of its makers.
+std::vector<const char*> coefficient_names(LensLaw law) {
+    switch (law) {
+    case LensLaw::brown:
+        return {"k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6", "s1", "s2", "s3", "s4"};
+    case LensLaw::opencv_fisheye:
+        return {"k1", "k2", "k3", "k4"};
+    case LensLaw::double_sphere:
+        return {"xi", "alpha"};
+    case LensLaw::blender_polynomial:
+        return {"k0", "k1", "k2", "k3", "k4"};
+    default:
+        return {};
+    }
+}
+
+void check(const LensModel& model) {
+    const std::string name = to_string(model.law);
+    const std::size_t count = model.k.size(), most = coefficient_names(model.law).size();
+    if (model.law == LensLaw::brown)
+        require(count == 4 || count == 5 || count == 8 || count == 12, "the lens ", name, " has ", count,
+                " coefficients; it takes 4, 5, 8 or 12: k1 k2 p1 p2 k3 k4 k5 k6 s1 s2 s3 s4");
+    else
+        require(count == most, "the lens ", name, " has ", count, " coefficients; it takes ", most);
+    for (const double each : model.k)
+        require(std::isfinite(each), "a coefficient of the lens ", name, " is ", each, "; it must be finite");
+    for (const auto& [key, value] : {std::pair{"fx", model.fx}, {"fy", model.fy}})
+        require(std::isfinite(value) && value > 0, "the lens's ", key, " = ", value, " must be greater than 0");
+    require(std::isfinite(model.cx) && std::isfinite(model.cy), "the lens's cx = ", model.cx, " and cy = ", model.cy,
+            " must be finite");
+    if (model.law == LensLaw::double_sphere)
+        require(std::abs(model.k[0]) < 1 && model.k[1] >= 0 && model.k[1] < 1,
+                "the lens double-sphere has xi = ", model.k[0], " and alpha = ", model.k[1],
+                "; xi must lie between -1 and 1, alpha from 0 to below 1");
+    if (model.law == LensLaw::blender_polynomial) {
+        require(model.k[0] == 0, "the lens blender-polynomial has k0 = ", model.k[0],
+                "; it must be 0, or no ray runs along the axis");
+        require(model.k[1] < 0, "the lens blender-polynomial has k1 = ", model.k[1],
+                "; it must be below 0, as Blender writes it");
+    }
+}
+
+// D of a distorted pinhole: OpenCV's order of coefficients, of which those that are missing are 0.
+Two<Jet> distorted(const std::vector<double>& k, const Jet& x, const Jet& y) {
+    const auto c = [&](std::size_t i) { return Jet(i < k.size() ? k[i] : 0); };
+    const Jet two = 2, square = x * x + y * y;
+    const Jet over = 1 + square * (c(0) + square * (c(1) + square * c(4)));
+    const Jet under = 1 + square * (c(5) + square * (c(6) + square * c(7)));
+    const Jet g = over / under;
+    return {x * g + two * c(2) * x * y + c(3) * (square + two * x * x) + square * (c(8) + square * c(9)),
+            y * g + c(2) * (square + two * y * y) + two * c(3) * x * y + square * (c(10) + square * c(11))};
+}
+
+} // namespace
+
+Jet Laws::curve(const Jet& at) const {
+    const std::vector<double>& k = model_.k;
+    const Jet square = at * at;
+    switch (model_.law) {
+    case LensLaw::brown:
+        return distorted(radial_, at, 0)[0];
+    case LensLaw::equisolid:
+        return 2 * sin(at * 0.5);
+    case LensLaw::stereographic:
+        return 2 * tan(at * 0.5);
+    case LensLaw::opencv_fisheye:
+        return at * (1 + square * (k[0] + square * (k[1] + square * (k[2] + square * k[3]))));
+    case LensLaw::blender_polynomial:
+        return at * -1 * (k[1] + at * (k[2] + at * (k[3] + at * k[4])));
+    default:
+        return at;
+    }
+}
+
+Laws::Laws(const LensModel& model) : model_(model), radial_(model.k) {
+    check(model);
+    if (model.law == LensLaw::brown) {
+        radial_[2] = radial_[3] = 0;
+        radial_.resize(std::min<std::size_t>(radial_.size(), 8));
+    }
+    find_end();
+}
+
+bool Laws::only_radial() const {
+    return std::ranges::equal(radial_, std::span(model_.k).first(radial_.size())) &&
+           std::ranges::all_of(std::span(model_.k).subspan(radial_.size()), [](double each) { return each == 0; });
+}
+
+// Follows the curve outwards until it falls, or until it has reached the last angle.
+void Laws::find_end() {
+    const bool pinhole = model_.law == LensLaw::brown, by_radius = model_.law == LensLaw::blender_polynomial;
+    constexpr double last_tangent = 1e4,
+                     nearly = 1 - 1e-6; // of 89.994 degrees; of a half turn, whose tangent is infinite
+    constexpr double longest = 8;       // times the radius that a straight curve takes to a half turn
+    constexpr int steps = 40000;
+    end_ = pinhole     ? last_tangent
+           : by_radius ? longest * half_turn / -model_.k[1]
+                       : half_turn * (model_.law == LensLaw::stereographic ? nearly : 1);
+    if (!pinhole && !by_radius && model_.law != LensLaw::opencv_fisheye)
+        return;
+    // Even steps of the angle, and of the radius.
+    const auto place = [&](double share) { return pinhole ? std::tan(share * std::atan(last_tangent)) : share * end_; };
+    const auto rises = [&](double share) {
+        const Jet here = curve(Jet(place(share), 1, 0, 0));
+        return here.value >= 0 && std::isfinite(here.value) && here.x > 0;
+    };
+    const auto is_inside = [&](double share) {
+        return rises(share) && (!by_radius || curve(place(share)).value <= half_turn);
+    };
+    int inside = 0;
+    while (inside < steps && is_inside((inside + 1.0) / steps))
+        ++inside;
+    if (inside == steps)
+        return;
+    double low = static_cast<double>(inside) / steps, high = (inside + 1.0) / steps;
+    const bool folds = !rises(high);
+    for (int bits = 0; bits < 60; ++bits) {
+        const double middle = low + (high - low) / 2;
+        (is_inside(middle) ? low : high) = middle;
+    }
+    end_ = place(low);
+    if (!folds)
+        return;
+    const double there = curve(end_).value;
+    fold_ = LensFold{pinhole ? std::atan(end_) : by_radius ? there : end_, by_radius ? end_ : there, ""};
+    // The coefficient without which the curve would rise most there.
+    double most = 0;
+    for (std::size_t i = 0; i < radial_.size(); ++i) {
+        Laws without = *this;
+        without.model_.k[i] = without.radial_[i] = 0;
+        if (const double rise = without.curve(Jet(end_, 1, 0, 0)).x; rise > most) {
+            most = rise;
+            fold_->coefficient = coefficient_names(model_.law)[i];
+        }
+    }
+}
+
+std::optional<RayJets> Laws::ray(const Jet& u, const Jet& v) const {
+    const Jet one = 1.0, square = u * u + v * v;
+    switch (model_.law) {
+    case LensLaw::brown: {
+        const double radius = std::hypot(u.value, v.value);
+        const auto tangent = place_of(curve(), radius, end_);
+        if (!tangent)
+            return std::nullopt;
+        const double scale = radius > 0 ? *tangent / radius : 1;
+        const auto map = [this](const Jet& x, const Jet& y) { return distorted(model_.k, x, y); };
+        std::optional<Two<double>> at = Two<double>{scale * u.value, scale * v.value};
+        if (!only_radial())
+            at = place_of(map, Two<double>{u.value, v.value}, *at);
+        if (!at || std::hypot((*at)[0], (*at)[1]) > end_ || !(Linear(map, *at).determinant() > 0))
+            return std::nullopt;
+        const auto [x, y] = with_derivatives(map, *at, {u, v});
+        const Jet inverse = one / sqrt(one + x * x + y * y);
+        return RayJets{x * inverse, y * inverse, inverse};
+    }
+    case LensLaw::double_sphere: {
+        const Jet xi = model_.k[0], alpha = model_.k[1], twice = Jet(2.0) * alpha - one;
+        if (!(1 - twice.value * square.value >= 0))
+            return std::nullopt;
+        const Jet m = (one - alpha * alpha * square) / (alpha * sqrt(one - twice * square) + one - alpha);
+        const Jet s = (m * xi + sqrt(m * m + (one - xi * xi) * square)) / (m * m + square);
+        return RayJets{s * u, s * v, s * m - xi};
+    }
+    case LensLaw::equirectangular: // beyond a pole the other side follows
+        return RayJets{cos(v) * sin(u), sin(v), cos(v) * cos(u)};
+    default: {
+        const double radius = std::sqrt(square.value), middle = curve(Jet(0, 1, 0, 0)).x;
+        const bool by_radius = model_.law == LensLaw::blender_polynomial;
+        constexpr double small = 1e-6; // below it the curve is straight, and its radius has no derivatives
+        if (radius < small) {
+            const double slope = by_radius ? middle : 1 / middle;
+            return RayJets{Jet(slope) * u, Jet(slope) * v, one - Jet(slope * slope / 2) * square};
+        }
+        const Jet r = sqrt(square);
+        Jet angle;
+        if (by_radius) {
+            if (radius > end_)
+                return std::nullopt;
+            angle = curve(r);
+        } else {
+            const auto place = place_of(curve(), radius, end_);
+            if (!place)
+                return std::nullopt;
+            angle = with_derivatives(curve(), *place, r);
+        }
+        const Jet across = sin(angle) / r;
+        return RayJets{across * u, across * v, cos(angle)};
+    }
+    }
+}
+
+std::optional<Eigen::Vector2d> Laws::image(const Eigen::Vector3d& direction) const {
+    const double length = direction.norm(), x = direction.x() / length, y = direction.y() / length,
+                 z = direction.z() / length, across = std::hypot(x, y);
+    if (!(length > 0) || !std::isfinite(length))
+        return std::nullopt;
+    switch (model_.law) {
+    case LensLaw::brown: {
+        if (!(z > 0) || across > end_ * (1 + end_rounding) * z)
+            return std::nullopt;
+        const auto map = [this](const Jet& a, const Jet& b) { return distorted(model_.k, a, b); };
+        const Linear here(map, {x / z, y / z});
+        if (!(here.determinant() > -end_rounding))
+            return std::nullopt;
+        return Eigen::Vector2d(here.image[0].value, here.image[1].value);
+    }
+    case LensLaw::double_sphere: {
+        const double xi = model_.k[0], alpha = model_.k[1];
+        const double w1 = alpha <= 0.5 ? alpha / (1 - alpha) : (1 - alpha) / alpha;
+        const double w2 = (w1 + xi) / std::sqrt(2 * w1 * xi + xi * xi + 1);
+        if (!(z > -w2))
+            return std::nullopt;
+        const double second = std::hypot(across, xi + z), under = alpha * second + (1 - alpha) * (xi + z);
+        return Eigen::Vector2d(x / under, y / under);
+    }
+    case LensLaw::equirectangular:
+        return Eigen::Vector2d(std::atan2(x, z), std::atan2(y, std::hypot(x, z)));
+    default: {
+        const double angle = std::atan2(across, z);
+        const bool by_radius = model_.law == LensLaw::blender_polynomial;
+        if (angle > (by_radius ? curve(end_).value : end_) * (1 + end_rounding))
+            return std::nullopt;
+        const auto radius = by_radius ? place_of(curve(), std::min(angle, curve(end_).value), end_)
+                                      : std::optional(curve(std::min(angle, end_)).value);
+        if (across == 0)
+            return Eigen::Vector2d(*radius, 0); // straight behind lies on a whole circle
+        return Eigen::Vector2d(*radius * x / across, *radius * y / across);
+    }
+    }
+}
+
+} // namespace lens
+} // namespace fathom

@@ -1,0 +1,45 @@
+#pragma once
+
+#include "lens/jet.hpp"
+
+#include <fathom/lens_model.hpp>
+
+#include <Eigen/Core>
+
+#include <array>
+#include <optional>
+
+namespace fathom::lens {
+
+/// A ray with its derivatives: X right, Y down, Z ahead.
+using RayJets = std::array<Jet, 3>;
+
+/// The rays of a lens, in units of its focal lengths. Checked where it is made.
+class Laws {
+public:
+    explicit Laws(const LensModel& model);
+
+    /// The unit ray through (u, v), which are jets of the pixel's position; none where there is no ray.
+    std::optional<RayJets> ray(const Jet& u, const Jet& v) const;
+
+    /// (u, v) of a direction; none where the lens sees nothing.
+    std::optional<Eigen::Vector2d> image(const Eigen::Vector3d& direction) const;
+
+    const std::optional<LensFold>& fold() const { return fold_; }
+
+private:
+    /// The curve that a law is made of: r of the tangent for a distorted pinhole, r of θ for a fisheye, θ of r for Blender's.
+    Jet curve(const Jet& at) const;
+    auto curve() const {
+        return [this](const Jet& at) { return curve(at); };
+    }
+    bool only_radial() const;
+    void find_end();
+
+    LensModel model_;
+    std::vector<double> radial_; ///< coefficients of a distorted pinhole without what moves pixels sideways
+    double end_ = 0;             ///< of the curve, at most: where it folds, or its last angle
+    std::optional<LensFold> fold_;
+};
+
+} // namespace fathom::lens

@@ -1,0 +1,159 @@
+// Lenses from camera files and calibrations. The truth of OpenCV's is OpenCV's own projection.
+
+#include "catch.hpp"
+#include "io_files.hpp"
+
+#include <fathom/fathom.hpp>
+#include <fathom/import_camera.hpp>
+#include <fathom/pixel_rays.hpp>
+
+#ifdef WITH_CALIB3D
+#include <opencv2/calib3d.hpp>
+#endif
+#include <opencv2/core.hpp>
+
+using namespace fathom;
+using namespace fathom::test;
+
+namespace {
+
+/// Pixels that OpenCV's projection and ours may differ by, with the rounding of both.
+constexpr double opencv_px = 1e-6;
+
+Camera read(const TempFolder& folder, const std::string& keys, int width = 640, int height = 480) {
+    return camera_for(read_camera(put(folder / "camera.json", "{\"encoding\": \"ray-distance\", " + keys + "}")), width,
+                      height);
+}
+
+const std::string pixels = R"("intrinsics": {"fx": 500, "fy": 510, "cx": 320, "cy": 240}, )";
+
+} // namespace
+
+TEST_CASE("lenses: OpenCV's own projection puts each ray on its pixel", "[io][lens]") {
+#ifdef WITH_CALIB3D
+    const TempFolder folder;
+    const cv::Matx33d matrix(400.25, 0, 319.5, 0, 401.75, 240.125, 0, 0, 1);
+    const auto written = [&](const std::vector<double>& k, bool fisheye) {
+        const fs::path file = folder / "calibration.yml";
+        cv::FileStorage storage(file.string(), cv::FileStorage::WRITE);
+        storage << "image_width" << 640 << "image_height" << 480 << "camera_matrix" << cv::Mat(matrix)
+                << "distortion_coefficients" << cv::Mat(k);
+        if (fisheye)
+            storage << "fisheye_model" << 1;
+        storage.release();
+        return camera_for(import_camera(file, {.preset = "encoding=view-z"}), 640, 480);
+    };
+    for (const auto& [k, fisheye] : std::vector<std::pair<std::vector<double>, bool>>{
+             {{-0.3, 0.1, 1e-3, -5e-4}, false},
+             {{0.1, -0.05, 1e-3, 2e-3, 0.01}, false},
+             {{5.6, 3.6, 7e-5, -9e-5, 0.19, 5.9, 5.4, 1}, false},
+             {{-0.1, 0.02, 1e-3, -5e-4, 0, 0, 0, 0, 1e-3, 2e-4, -1e-3, 1e-4}, false},
+             {{-0.1, 0.02, 1e-3, -5e-4, 0, 0, 0, 0, 1e-3, 2e-4, -1e-3, 1e-4, 0, 0}, false},
+             {{0.05, -0.01, 0.002, -3e-4}, true}}) {
+        const PixelRays rays(written(k, fisheye));
+        double worst = 0;
+        for (int y = 0; y < 480; y += 5)
+            for (int x = 0; x < 640; x += 7) {
+                const Eigen::Vector3d ray = rays.ray_of(x + 0.5, y + 0.5).value();
+                if (std::atan2(ray.head<2>().norm(), ray.z()) > 89.9 * std::numbers::pi / 180)
+                    continue;
+                const std::vector<cv::Point3d> point{{ray.x(), ray.y(), ray.z()}};
+                std::vector<cv::Point2d> pixel;
+                if (fisheye)
+                    cv::fisheye::projectPoints(point, pixel, cv::Vec3d(), cv::Vec3d(), matrix, k);
+                else
+                    cv::projectPoints(point, cv::Vec3d(), cv::Vec3d(), matrix, k, pixel);
+                worst = std::max(worst, std::hypot(pixel[0].x - x, pixel[0].y - y)); // centres count from 0
+            }
+        std::printf("OpenCV's projection of our rays, %2zu coefficients%s: %.1e px\n", k.size(),
+                    fisheye ? " of a fisheye" : "", worst);
+        CHECK(worst <= opencv_px);
+    }
+    check_says([&] { written({-0.1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0.01, 0}, false); }, {"tilted sensor"});
+#else
+    std::cout << "skipped: OpenCV's projection, since libopencv-calib3d-dev was not there when this was built\n";
+#endif
+}
+
+TEST_CASE("lenses: the camera file says the model, its coefficients, or the ends of a panorama", "[io][lens]") {
+    const TempFolder folder;
+    const Camera brown = read(folder, pixels + R"("lens": {"model": "brown", "k": [0.1, 0.2, 0.3, 0.4, 0.5]})");
+    CHECK(brown.lens.value().law == LensLaw::brown);
+    CHECK(brown.lens->k == std::vector<double>{0.1, 0.2, 0.3, 0.4, 0.5});
+    CHECK((brown.lens->fx == 500 && brown.lens->fy == 510 && brown.lens->cx == 320 && brown.lens->cy == 240));
+    const Camera centre =
+        read(folder, R"("pixel_origin": "centre", )" + pixels + R"("lens": {"model": "equidistant"})");
+    CHECK(centre.lens.value().cx == 320.5);
+    const Camera millimetres = read(folder, R"("lens_mm": 10, "sensor_mm": 32, "lens": {"model": "equisolid"})");
+    CHECK((millimetres.lens.value().fx == 200 && millimetres.lens->cy == 240));
+    const Camera panorama = read(folder, R"("lens": {"model": "equirectangular"})", 400, 200);
+    CHECK(panorama.lens.value().fx == Approx(400 / (2 * std::numbers::pi)));
+    CHECK((ray_of(panorama, 200, 100).value() - Eigen::Vector3d(0, 0, -1)).norm() < 1e-15);
+    const Camera part = read(
+        folder, R"("lens": {"model": "equirectangular", "longitude_deg": [0, 90], "latitude_deg": [-45, 0]})", 90, 45);
+    CHECK((ray_of(part, 90, 0).value() - Eigen::Vector3d(1, 0, 0)).norm() < 1e-15);
+    CHECK(ray_of(part, 0, 45).value().y() == Approx(-std::sqrt(0.5)));
+    const Camera face = read(folder, R"("lens": {"model": "cube-face"})", 64, 64);
+    CHECK_FALSE(face.lens);
+    CHECK((ray_of(face, 64, 32).value() - Eigen::Vector3d(1, 0, -1).normalized()).norm() < 1e-15);
+
+    const auto refused = [&](const std::string& keys, const std::vector<std::string>& parts) {
+        check_says([&] { read(folder, keys); }, parts);
+    };
+    refused(pixels + R"("lens": {"model": "brwn"})", {"camera.json", "lens.model", "the nearest is \"brown\""});
+    refused(pixels + R"("lens": {"k": [1]})", {"lens.model", "is missing"});
+    refused(pixels + R"("lens": {"model": "brown", "k": [1, 2]})",
+            {"camera.json", "has 2 coefficients", "4, 5, 8 or 12"});
+    refused(pixels + R"("lens": {"model": "brown", "k": 7})", {"lens.k", "must be numbers"});
+    refused(pixels + R"("lens": {"model": "equirectangular"})", {"intrinsics", "leave"});
+    refused(pixels + R"("lens": {"model": "brown", "k": [0, 0, 0, 0], "longitude_deg": [0, 1]})",
+            {"longitude_deg", "equirectangular"});
+    refused(R"("lens": {"model": "equirectangular", "longitude_deg": [0, 400]})", {"longitude_deg", "360"});
+    refused(R"("lens": {"model": "equirectangular", "k": [1]})", {"lens.k", "coefficients"});
+    refused(R"("lens": {"model": "brown", "k": [0, 0, 0, 0]}, "perspective": {"fov_y_deg": 60})",
+            {"\"lens\" and \"perspective\""});
+    refused(R"("lens": {"model": "equidistant"})", {"projection"});
+    check_says([&] { read_camera(put(folder / "c.json", R"({"lens": {"model": "equirectangular"}})")); },
+               {"c.json", "window", "\"view-z\" or \"ray-distance\""});
+}
+
+TEST_CASE("lenses: calibrations of ROS, COLMAP and nerfstudio become lenses", "[io][lens]") {
+    const TempFolder folder;
+    const auto lens_of = [&](const std::string& name, const std::string& text,
+                             const ImportOptions& options = {.preset = "encoding=view-z"}) {
+        return import_camera(put(folder / name, text), options).camera.lens;
+    };
+    const auto ros = [&](const std::string& model, const std::string& d) {
+        return lens_of("info.yaml", "width: 640\nheight: 480\ndistortion_model: " + model + "\nd: " + d +
+                                        "\nk: [500, 0, 320, 0, 500, 240, 0, 0, 1]\n");
+    };
+    CHECK(ros("plumb_bob", "[0.1, 0.2, 0.3, 0.4, 0.5]").value().k == std::vector<double>{0.1, 0.2, 0.3, 0.4, 0.5});
+    CHECK(ros("rational_polynomial", "[1, 2, 0, 0, 3, 4, 5, 6]").value().k.size() == 8);
+    CHECK(ros("equidistant", "[0.1, 0, 0, 0]").value().law == LensLaw::opencv_fisheye);
+    CHECK(ros("equidistant", "[0.1, 0, 0, 0]").value().cx == 320.5);
+    CHECK_FALSE(ros("plumb_bob", "[0, 0, 0, 0, 0]"));
+
+    const auto colmap = [&](const std::string& model, const std::string& parameters) {
+        put(folder / "images.txt", std::string("1 1 0 0 0 0 0 0 1 a.jpg\n\n"));
+        return lens_of("cameras.txt", "1 " + model + " 640 480 " + parameters + "\n");
+    };
+    CHECK(colmap("SIMPLE_RADIAL", "500 320 240 0.1").value().k == std::vector<double>{0.1, 0, 0, 0});
+    CHECK(colmap("RADIAL", "500 320 240 0.1 0.2").value().k == std::vector<double>{0.1, 0.2, 0, 0});
+    CHECK(colmap("FULL_OPENCV", "500 500 320 240 1 2 0 0 3 4 5 6").value().k ==
+          std::vector<double>{1, 2, 0, 0, 3, 4, 5, 6});
+    CHECK(colmap("RADIAL_FISHEYE", "500 320 240 0.1 0.02").value().k == std::vector<double>{0.1, 0.02, 0, 0});
+    CHECK(colmap("OPENCV_FISHEYE", "500 500 320 240 0 0 0 0").value().law == LensLaw::opencv_fisheye);
+    CHECK_FALSE(colmap("OPENCV", "500 500 320 240 0 0 0 0"));
+
+    const auto nerfstudio = [&](const std::string& keys) {
+        return lens_of(
+            "transforms.json",
+            R"({"fl_x": 500, "fl_y": 500, "cx": 320, "cy": 240, "w": 640, "h": 480, )" + keys +
+                R"("frames": [{"file_path": "a.png", "transform_matrix": [[1,0,0,0],[0,1,0,0],[0,0,1,0],[0,0,0,1]]}]})");
+    };
+    CHECK(nerfstudio(R"("k1": 0.1, "k2": 0.2, "p1": 0.3, "p2": 0.4, "k3": 0.5, )").value().k ==
+          std::vector<double>{0.1, 0.2, 0.3, 0.4, 0.5});
+    CHECK(nerfstudio(R"("camera_model": "OPENCV_FISHEYE", "k1": 0.1, )").value().k ==
+          std::vector<double>{0.1, 0, 0, 0});
+    CHECK_FALSE(nerfstudio(""));
+}

@@ -1,0 +1,298 @@
+// Rays of pixels through lenses, against formulas and a search of the test's own in long double, and their patches.
+// The tolerance is pixel_rays_round_trip_px; of the patches it is patch_error, and patch_slope_error for the derivatives.
+
+#include "catch.hpp"
+#include "lenses.hpp"
+
+#include "lens/patches.hpp"
+
+#include <fathom/pixel_rays.hpp>
+
+using namespace fathom;
+
+namespace {
+
+using Real = long double;
+using Vector2 = Eigen::Matrix<Real, 2, 1>;
+using Vector3 = Eigen::Matrix<Real, 3, 1>;
+
+constexpr Real pi = 3.14159265358979323846264338327950288L;
+
+// How far from the middle a lens images what lies at an angle, without what moves it sideways: in focal lengths.
+Real radius_at(const LensModel& lens, Real angle) {
+    const auto k = [&](std::size_t i) { return i < lens.k.size() ? static_cast<Real>(lens.k[i]) : 0; };
+    switch (lens.law) {
+    case LensLaw::brown: {
+        const Real t = std::tan(angle), q = t * t;
+        return t * (1 + k(0) * q + k(1) * q * q + k(4) * q * q * q) / (1 + k(5) * q + k(6) * q * q + k(7) * q * q * q);
+    }
+    case LensLaw::equisolid:
+        return 2 * std::sin(angle / 2);
+    case LensLaw::stereographic:
+        return 2 * std::tan(angle / 2);
+    case LensLaw::opencv_fisheye:
+        return angle + k(0) * std::pow(angle, 3) + k(1) * std::pow(angle, 5) + k(2) * std::pow(angle, 7) +
+               k(3) * std::pow(angle, 9);
+    default:
+        return angle;
+    }
+}
+
+// Blender's: the other way round.
+Real blender_angle(const LensModel& lens, Real r) {
+    Real sum = 0;
+    for (std::size_t i = 5; i-- > 0;)
+        sum = sum * r - static_cast<Real>(lens.k[i]);
+    return sum;
+}
+
+// The greatest radius before the law turns back: 0 where every radius has a ray.
+Real largest_radius(const LensModel& lens) {
+    if (lens.law == LensLaw::double_sphere)
+        return lens.k[1] > 0.5 ? 1 / std::sqrt(2 * static_cast<Real>(lens.k[1]) - 1) : 0;
+    if (lens.law == LensLaw::equirectangular)
+        return 0;
+    constexpr int steps = 1 << 17;
+    Real last = 0;
+    if (lens.law == LensLaw::blender_polynomial) {
+        for (int i = 1; i <= steps; ++i) {
+            const Real r = 200.0L * i / steps, angle = blender_angle(lens, r);
+            if (angle <= last || angle > pi)
+                return r;
+            last = angle;
+        }
+        return 0;
+    }
+    const Real end = lens.law == LensLaw::brown ? pi / 2 * (1 - 1e-6L) : pi;
+    for (int i = 1; i <= steps; ++i) {
+        const Real r = radius_at(lens, end * i / steps);
+        if (r < last)
+            break;
+        last = r;
+    }
+    return last;
+}
+
+// What a lens makes of a direction, X right, Y down, Z ahead: the makers' own formulas. In focal lengths.
+Vector2 imaged(const LensModel& lens, Real largest, const Vector3& ray) {
+    const Real across = std::hypot(ray.x(), ray.y()), angle = std::atan2(across, ray.z());
+    const auto k = [&](std::size_t i) { return i < lens.k.size() ? static_cast<Real>(lens.k[i]) : 0; };
+    const Vector2 side = across > 0 ? Vector2(ray.head<2>() / across) : Vector2(0, 0);
+    switch (lens.law) {
+    case LensLaw::brown: {
+        const Real x = ray.x() / ray.z(), y = ray.y() / ray.z(), q = x * x + y * y;
+        const Real g =
+            (1 + k(0) * q + k(1) * q * q + k(4) * q * q * q) / (1 + k(5) * q + k(6) * q * q + k(7) * q * q * q);
+        return {x * g + 2 * k(2) * x * y + k(3) * (q + 2 * x * x) + k(8) * q + k(9) * q * q,
+                y * g + k(2) * (q + 2 * y * y) + 2 * k(3) * x * y + k(10) * q + k(11) * q * q};
+    }
+    case LensLaw::double_sphere: {
+        const Real d1 = ray.norm(), xi = k(0), alpha = k(1),
+                   d2 = std::sqrt(across * across + (xi * d1 + ray.z()) * (xi * d1 + ray.z()));
+        return ray.head<2>() / (alpha * d2 + (1 - alpha) * (xi * d1 + ray.z()));
+    }
+    case LensLaw::equirectangular:
+        return {std::atan2(ray.x(), ray.z()), std::atan2(ray.y(), std::hypot(ray.x(), ray.z()))};
+    case LensLaw::blender_polynomial: { // the angle's radius, by halves
+        Real low = 0, high = largest;
+        for (int i = 0; i < 80; ++i)
+            (blender_angle(lens, (low + high) / 2) < angle ? low : high) = (low + high) / 2;
+        return side * low;
+    }
+    default:
+        return side * radius_at(lens, angle);
+    }
+}
+
+Vector3 in_lens_axes(const Camera& camera, const Eigen::Vector3d& ray) {
+    const ViewAxes axes = camera.projection.convention.view_axes;
+    return {ray.x(), axes == ViewAxes::opencv ? ray.y() : -ray.y(), axes == ViewAxes::opengl ? -ray.z() : ray.z()};
+}
+
+Real row_from_top(const Camera& camera, Real y) {
+    return camera.rows == Rows::top_down ? y : camera.height - y;
+}
+
+} // namespace
+
+TEST_CASE("PixelRays: every pixel has the ray of its lens, or none", "[lens]") {
+    for (const auto& [name, camera] : lens_subjects()) {
+        INFO(name);
+        const LensModel& lens = *camera.lens;
+        const PixelRays rays(camera);
+        const Real largest = largest_radius(lens);
+        constexpr Real beside_fold = 1e-3; // of the largest radius: where the test's steps do not tell
+        double worst = 0, worst_back = 0, worst_length = 0;
+        long with = 0, without = 0, wrong = 0;
+        for (int y = 0; y < camera.height; y += 7)
+            for (int x = 0; x < camera.width; x += 5) {
+                const double px = x + 0.5, py = y + 0.5;
+                const Vector2 uv((static_cast<Real>(px) - static_cast<Real>(lens.cx)) / static_cast<Real>(lens.fx),
+                                 (row_from_top(camera, static_cast<Real>(py)) - static_cast<Real>(lens.cy)) /
+                                     static_cast<Real>(lens.fy));
+                const auto ray = rays.ray_of(px, py);
+                const bool sideways = lens.k.size() >= 4 && lens.law == LensLaw::brown && lens.k[2] != 0;
+                const Real unsure = sideways ? 0.01L : beside_fold;
+                if (largest > 0 && std::abs(uv.norm() / largest - 1) > unsure)
+                    wrong += ray.has_value() != (uv.norm() < largest);
+                if (!ray) {
+                    wrong += largest == 0;
+                    ++without;
+                    continue;
+                }
+                ++with;
+                worst_length = std::max(worst_length, std::abs(ray->norm() - 1));
+                Vector2 off = imaged(lens, largest, in_lens_axes(camera, *ray)) - uv;
+                if (lens.law == LensLaw::equirectangular)
+                    off.x() = std::remainder(off.x(), 2 * pi);
+                worst = std::max(worst, static_cast<double>(std::hypot(off.x() * static_cast<Real>(lens.fx),
+                                                                       off.y() * static_cast<Real>(lens.fy))));
+                const auto back = rays.pixel_of(*ray);
+                REQUIRE(back);
+                worst_back = std::max(worst_back, std::hypot(back->x() - px, back->y() - py));
+            }
+        std::printf("rays, %-42s %6ld with, %6ld without; off %.1e px, and back %.1e px\n", name.c_str(), with, without,
+                    worst, worst_back);
+        CHECK(with > 1000);
+        CHECK(wrong == 0);
+        CHECK(worst <= pixel_rays_round_trip_px);
+        CHECK(worst_back <= pixel_rays_round_trip_px);
+        CHECK(worst_length <= 0x1p-50);
+    }
+}
+
+TEST_CASE("PixelRays: a lens without distortion is the pinhole, whatever its axes, rows and part", "[lens]") {
+    for (const ViewAxes axes : {ViewAxes::opengl, ViewAxes::directx, ViewAxes::opencv})
+        for (const Rows rows : {Rows::top_down, Rows::bottom_up}) {
+            Camera pinhole{.projection =
+                               perspective(Intrinsics{300, 310, 150, 90, 320, 200}, {1, 2}, {.view_axes = axes}),
+                           .width = 320,
+                           .height = 200,
+                           .rows = rows};
+            Camera straight = pinhole;
+            straight.lens = LensModel{LensLaw::brown, 300, 310, 150, 90, {0, 0, 0, 0}};
+            const Camera part = cropped(straight, 37, -20, 100, 90);
+            for (const auto& [x, y] : {std::pair{0.5, 0.5}, {319.5, 17.25}, {150.0, 90.0}, {40.0, 60.0}}) {
+                const Eigen::Vector3d ray = ray_of(pinhole, x, y).value();
+                CHECK((ray_of(straight, x, y).value() - ray).norm() <= 0x1p-50);
+                CHECK((ray_of(part, x - 37, y + 20).value() - ray).norm() <= 0x1p-50);
+                for (const Camera& camera : {pinhole, straight})
+                    CHECK((pixel_of(camera, 7 * ray).value() - Eigen::Vector2d(x, y)).norm() <= 1e-12);
+                CHECK_FALSE(pixel_of(pinhole, -ray));
+                CHECK_FALSE(pixel_of(straight, -ray));
+            }
+        }
+}
+
+TEST_CASE("PixelRays: the middle column of a panorama looks ahead, and its right half to the right", "[lens]") {
+    Camera camera{.width = 360, .height = 180};
+    const double fx = 360 / (2 * std::numbers::pi);
+    camera.lens = LensModel{LensLaw::equirectangular, fx, fx, 180, 90};
+    for (int y = 0; y < 180; y += 13)
+        for (int x = 0; x < 360; x += 11) {
+            const double longitude = 2 * std::numbers::pi * ((x + 0.5) / 360 - 0.5),
+                         latitude = std::numbers::pi * (0.5 - (y + 0.5) / 180);
+            const Eigen::Vector3d ray(std::cos(latitude) * std::sin(longitude), std::sin(latitude),
+                                      -std::cos(latitude) * std::cos(longitude));
+            CHECK((ray_of(camera, x + 0.5, y + 0.5).value() - ray).norm() <= 0x1p-50);
+        }
+    camera.lens->cx = 0; // from ahead all the way round
+    CHECK(pixel_of(camera, {-1, 0, 0}).value().x() == Approx(270));
+}
+
+TEST_CASE("PixelRays: a fold has its angle, its radius and the coefficient that makes it", "[lens]") {
+    Camera camera{.width = 100, .height = 100};
+    const auto fold_of = [&](LensModel lens) {
+        camera.lens = lens;
+        return PixelRays(camera).fold();
+    };
+    const auto brown = fold_of({LensLaw::brown, 100, 100, 50, 50, {-0.35, 0, 0, 0}}); // 1 + 3 k1 t² = 0
+    REQUIRE(brown);
+    const double tangent = std::sqrt(1 / (3 * 0.35));
+    CHECK(std::tan(brown->angle) == Approx(tangent).epsilon(1e-12));
+    CHECK(brown->radius == Approx(tangent * 2 / 3).epsilon(1e-12));
+    CHECK(brown->coefficient == "k1");
+    const auto fisheye = fold_of({LensLaw::opencv_fisheye, 100, 100, 50, 50, {0, -0.05, 0, 0}}); // 1 + 5 k2 θ⁴ = 0
+    REQUIRE(fisheye);
+    CHECK(fisheye->angle == Approx(std::pow(4.0, 0.25)).epsilon(1e-12));
+    CHECK(fisheye->coefficient == "k2");
+    const auto blender =
+        fold_of({LensLaw::blender_polynomial, 10, 10, 50, 50, {0, -0.1, 0, 0.001, 0}}); // 0.1 - 0.003 r² = 0
+    REQUIRE(blender);
+    CHECK(blender->radius == Approx(std::sqrt(0.1 / 0.003)).epsilon(1e-12));
+    CHECK(blender->coefficient == "k3");
+    for (const LensModel& none : {LensModel{LensLaw::brown, 100, 100, 50, 50, {0.1, 0, 0, 0}},
+                                  {LensLaw::opencv_fisheye, 100, 100, 50, 50, {0, 0, 0, 0}},
+                                  {LensLaw::equisolid, 100, 100, 50, 50}})
+        CHECK_FALSE(fold_of(none));
+}
+
+TEST_CASE("PixelRays: what is no lens is refused with its number", "[lens]") {
+    const auto refused = [](const LensModel& lens) {
+        Camera camera{.width = 10, .height = 10};
+        camera.lens = lens;
+        try {
+            PixelRays{camera};
+        } catch (const std::invalid_argument& error) {
+            return std::string(error.what());
+        }
+        return std::string();
+    };
+    const double nan = std::numeric_limits<double>::quiet_NaN();
+    CHECK_THAT(refused({LensLaw::brown, 10, 10, 5, 5, {0.1, 0, 0}}),
+               ContainsSubstring("has 3 coefficients; it takes 4, 5"));
+    CHECK_THAT(refused({LensLaw::opencv_fisheye, 10, 10, 5, 5, {0.1}}),
+               ContainsSubstring("has 1 coefficients; it takes 4"));
+    CHECK_THAT(refused({LensLaw::equidistant, 10, 10, 5, 5, {0.1}}), ContainsSubstring("it takes 0"));
+    CHECK_THAT(refused({LensLaw::brown, 10, 10, 5, 5, {nan, 0, 0, 0}}), ContainsSubstring("must be finite"));
+    CHECK_THAT(refused({LensLaw::equidistant, 0, 10, 5, 5}), ContainsSubstring("fx = 0"));
+    CHECK_THAT(refused({LensLaw::double_sphere, 10, 10, 5, 5, {0.1, 1}}), ContainsSubstring("alpha = 1"));
+    CHECK_THAT(refused({LensLaw::blender_polynomial, 10, 10, 5, 5, {0.1, -1, 0, 0, 0}}), ContainsSubstring("k0 = 0.1"));
+    CHECK_THAT(refused({LensLaw::blender_polynomial, 10, 10, 5, 5, {0, 1, 0, 0, 0}}), ContainsSubstring("k1 = 1"));
+    Camera flat{.projection = orthographic({-1, 1, -1, 1}, {0, 1}), .width = 10, .height = 10};
+    CHECK_THROWS_WITH(PixelRays{flat}, ContainsSubstring("orthographic"));
+    CHECK_THROWS_WITH(pixel_of(Camera{.projection = perspective(1, 1, {1, 2}), .width = 1, .height = 1}, {0, 0, 0}),
+                      ContainsSubstring("direction"));
+}
+
+TEST_CASE("Patches are within their bound of the rays, and so are their derivatives", "[lens]") {
+    for (const auto& [name, camera] : lens_subjects())
+        for (const bool along_axis : {false, true}) {
+            INFO(name << (along_axis ? ", along the axis" : ", along the ray"));
+            const lens::CameraLens lens(camera);
+            const PixelRays rays(camera);
+            const lens::Patches patches = lens::patches_of(lens, camera.width, camera.height, along_axis);
+            std::mt19937 random(1);
+            std::uniform_int_distribution<int> column(0, camera.width - 1), row(0, camera.height - 1);
+            double worst = 0, worst_slope = 0;
+            long wrong = 0;
+            for (int i = 0; i < 20000; ++i) {
+                const int x = column(random), y = row(random);
+                const auto exact = rays.ray_of(x + 0.5, y + 0.5);
+                const auto [u, across, down] = patches.at(x, y);
+                wrong += exact.has_value() == std::isnan(u.x());
+                if (!exact)
+                    continue;
+                const double unit = along_axis ? std::max(lens.ahead(*exact), lens::least_ahead()) : 1;
+                worst = std::max(worst, (u - *exact).norm() / unit);
+                // Central differences, but beside a fold, where they say nothing: with bend/slope below 1e-3 they are off by
+                // less than its square.
+                constexpr double step = 0x1p-7, straight = 1e-3;
+                for (const auto& [dx, dy, slope] : {std::tuple{step, 0.0, across}, {0.0, step, down}}) {
+                    const auto after = rays.ray_of(x + 0.5 + dx, y + 0.5 + dy),
+                               before = rays.ray_of(x + 0.5 - dx, y + 0.5 - dy);
+                    if (!after || !before)
+                        continue;
+                    const Eigen::Vector3d difference = *after - *before, bend = *after - 2 * *exact + *before;
+                    if (bend.norm() < straight * difference.norm())
+                        worst_slope = std::max(worst_slope, (2 * step * slope - difference).norm() / difference.norm());
+                }
+            }
+            std::printf("patches, %-42s %-4s off %.3f * 2^-24, slopes %.1e, %5.2f bytes a pixel\n", name.c_str(),
+                        along_axis ? "axis" : "ray", worst * 0x1p24, worst_slope,
+                        80.0 * static_cast<double>(patches.nodes.size()) / camera.width / camera.height);
+            CHECK(wrong == 0);
+            CHECK(worst <= lens::patch_error);
+            CHECK(worst_slope <= lens::patch_slope_error);
+        }
+}

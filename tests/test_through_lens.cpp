@@ -1,0 +1,199 @@
+// linearize and unproject through lenses, against long double: every law, encodings along the axis and along the ray.
+// The tolerance is unproject_relative_error of the distance. Rays are those of PixelRays, which test_pixel_rays.cpp checks.
+
+#include "catch.hpp"
+#include "lenses.hpp"
+#include "test_device.hpp"
+
+#include <fathom/fathom.hpp>
+#include <fathom/pixel_rays.hpp>
+
+using namespace fathom;
+
+namespace {
+
+using Real = long double;
+using Vector3 = Eigen::Matrix<Real, 3, 1>;
+
+using LensRays = std::vector<std::optional<Eigen::Vector3d>>; // of all pixels
+
+LensRays rays_of(const Camera& camera) {
+    const PixelRays rays(camera);
+    LensRays all;
+    for (int y = 0; y < camera.height; ++y)
+        for (int x = 0; x < camera.width; ++x)
+            all.push_back(rays.ray_of(x + 0.5, y + 0.5));
+    return all;
+}
+
+// The distance of a slanted wall and of a sphere around the camera, whichever is nearer; by pixels, as a renderer writes it.
+std::vector<float> rendered(const LensRays& rays, double forwards, bool along_axis) {
+    const Eigen::Vector3d wall = Eigen::Vector3d(0.3, -0.2, forwards).normalized();
+    std::vector<float> depth;
+    for (const auto& ray : rays) {
+        const double nearer = ray && wall.dot(*ray) > 0.2 ? std::min(2.5 / wall.dot(*ray), 9.0) : 9.0;
+        depth.push_back(static_cast<float>(nearer * (ray && along_axis ? forwards * ray->z() : 1)));
+    }
+    return depth;
+}
+
+struct Worst {
+    double off = 0; // in 2⁻²⁴ of the distance
+    long judged = 0, wrong = 0;
+};
+
+} // namespace
+
+TEST_CASE("unproject: positions through a lens are within their bound, in view and in world space",
+          "[lens][unproject]") {
+    const Device device = test_device();
+    Eigen::Isometry3d view = Eigen::Isometry3d::Identity();
+    view.rotate(Eigen::AngleAxisd(0.7, Eigen::Vector3d(1, 2, -0.5).normalized()));
+    view.translate(Eigen::Vector3d(-1.5, 2.25, 7));
+    for (const auto& [name, plain] : lens_subjects()) {
+        const LensRays rays = rays_of(plain);
+        const double forwards = plain.projection.convention.view_axes == ViewAxes::opengl ? -1 : 1;
+        for (const bool along_axis : {false, true})
+            for (const Space space : {Space::view, Space::world}) {
+                Camera camera = plain;
+                camera.encoding = along_axis ? Encoding::view_z : Encoding::ray_distance;
+                camera.view = view.matrix();
+                INFO(name << (along_axis ? ", view-z" : ", ray-distance") << (space == Space::world ? ", world" : ""));
+                const std::vector<float> depth = rendered(rays, forwards, along_axis);
+                const Image image = Image::from_host(device, Element::f32, depth.data(), {camera.width, camera.height});
+                std::vector<float> positions(depth.size() * 3), z(depth.size()), length(z);
+                const StoredDepth stored{image, camera};
+                unproject(stored, {.space = space}).download(positions.data());
+                linearize(stored).image.download(z.data());
+                linearize(stored, {.as = Along::ray}).image.download(length.data());
+                const Eigen::Matrix<Real, 4, 4> to_world = view.inverse().matrix().cast<Real>();
+                const Vector3 centre =
+                    space == Space::world ? Vector3(to_world.topRightCorner<3, 1>()) : Vector3::Zero();
+                Worst worst;
+                for (std::size_t i = 0; i < z.size(); ++i) {
+                    const auto& ray = rays[i];
+                    const float* at = &positions[3 * i];
+                    const double ahead = ray ? forwards * ray->z() : 0,
+                                 steep = ahead / std::cos(89 * std::numbers::pi / 180);
+                    if (!ray || (along_axis && !(steep > 1))) {
+                        if (!ray || steep < 1 - 1e-6)
+                            worst.wrong += !std::isnan(at[0]) || !std::isnan(at[2]) || !std::isnan(length[i]);
+                        continue;
+                    }
+                    const Real distance = static_cast<Real>(depth[i]) / static_cast<Real>(along_axis ? ahead : 1);
+                    Vector3 exact = distance * ray->cast<Real>();
+                    if (space == Space::world)
+                        exact = to_world.topLeftCorner<3, 3>() * exact + centre;
+                    const Vector3 got(at[0], at[1], at[2]);
+                    const Real away = distance + centre.norm();
+                    const auto relative = [&](Real off, Real of) {
+                        return static_cast<double>(std::abs(off) / of) * 0x1p24;
+                    };
+                    worst.off =
+                        std::max({worst.off, relative((got - exact).norm(), away),
+                                  relative(static_cast<Real>(z[i]) - distance * static_cast<Real>(ahead), distance),
+                                  relative(static_cast<Real>(length[i]) - distance, distance)});
+                    worst.wrong += !(worst.off >= 0) || std::isnan(at[0]) || std::isnan(z[i]) || std::isnan(length[i]);
+                    ++worst.judged;
+                }
+                std::printf("through %-42s %-4s %-5s off %.2f * 2^-24 of the distance\n", name.c_str(),
+                            along_axis ? "axis" : "ray", space == Space::world ? "world" : "view", worst.off);
+                CHECK(worst.judged > 10000);
+                CHECK(worst.wrong == 0);
+                CHECK(worst.off <= unproject_relative_error * 0x1p24);
+            }
+    }
+}
+
+TEST_CASE("unproject: through a lens every vector width, group, arithmetic and part has the same bits",
+          "[lens][unproject]") {
+    for (const std::size_t which : {0u, 2u, 9u, 11u}) {
+        Camera camera = lens_subjects().at(which).camera;
+        camera.encoding = Encoding::inverse; // a quotient
+        camera.along = which == 11 ? Along::ray : Along::axis;
+        std::vector<float> values(static_cast<std::size_t>(camera.width * camera.height));
+        std::mt19937 random(5);
+        for (float& value : values)
+            value = 0.05f + static_cast<float>(random() % 1000) / 700.0f;
+        const auto positions = [&](const DeviceOptions& options, int x, int y, int width, int height) {
+            const Device device = test_device(options);
+            std::vector<float> part;
+            for (int row = y; row < y + height; ++row)
+                for (int column = x; column < x + width; ++column)
+                    part.push_back(values[static_cast<std::size_t>(row * camera.width + column)]);
+            std::vector<float> result(part.size() * 3);
+            const Image image = Image::from_host(device, Element::f32, part.data(), {width, height});
+            unproject({image, camera, Storage::float32, x, y}).download(result.data());
+            return result;
+        };
+        const auto bits = [](const std::vector<float>& all) {
+            std::vector<std::uint32_t> result(all.size());
+            std::ranges::transform(all, result.begin(), [](float each) { return std::bit_cast<std::uint32_t>(each); });
+            return result;
+        };
+        const std::vector<float> whole = positions({}, 0, 0, camera.width, camera.height);
+        for (const DeviceOptions& options : {DeviceOptions{.vector_width = 1},
+                                             {.vector_width = 4},
+                                             {.vector_width = 8},
+                                             {.vector_width = 16},
+                                             {.group_size = 1},
+                                             {.group_size = 256},
+                                             {.arithmetic = Arithmetic::two_float}})
+            CHECK(bits(positions(options, 0, 0, camera.width, camera.height)) == bits(whole));
+        const std::vector<float> part = positions({}, 137, 61, 101, 67);
+        std::vector<float> of_whole;
+        for (int row = 61; row < 61 + 67; ++row) {
+            const auto begin = whole.begin() + 3 * (row * camera.width + 137);
+            of_whole.insert(of_whole.end(), begin, begin + 3 * 101);
+        }
+        CHECK(bits(part) == bits(of_whole));
+    }
+}
+
+TEST_CASE("linearize: through a lens the background and unmeasured pixels stay what they are", "[lens][linearize]") {
+    Camera camera = lens_subjects().at(11).camera;
+    camera.width = 64;
+    camera.height = 32;
+    camera.missing = 0;
+    std::vector<float> values(64 * 32, 3.0f), z(values.size()), p(4 * values.size());
+    values[70] = INFINITY;
+    values[71] = 0;
+    values[72] = NAN;
+    const Device device = test_device();
+    const Image image = Image::from_host(device, Element::f32, values.data(), {64, 32});
+    for (const Along as : {Along::axis, Along::ray}) {
+        linearize({image, camera}, {.as = as}).image.download(z.data());
+        CHECK(z[70] == INFINITY);
+        CHECK(std::isnan(z[71]));
+        CHECK(std::isnan(z[72]));
+        CHECK(std::isfinite(z[73]));
+    }
+    unproject({image, camera}, {.channels = 4}).download(p.data());
+    for (const std::size_t i : {70u, 71u, 72u}) {
+        CHECK(std::isnan(p[4 * i]));
+        CHECK(p[4 * i + 3] == 0);
+    }
+    CHECK(p[4 * 73 + 3] == 1);
+}
+
+TEST_CASE("Whatever takes straight rays only refuses a lens, and names it", "[lens]") {
+    const Camera camera = lens_subjects().at(1).camera;
+    std::vector<float> values(static_cast<std::size_t>(camera.width * camera.height), 2.0f);
+    const Device device = test_device();
+    const Image image = Image::from_host(device, Element::f32, values.data(), {camera.width, camera.height});
+    const Image color(device, Element::f32, {camera.width, camera.height, 3});
+    const StoredDepth stored{image, camera};
+    const auto refuses = [](const auto& act) { CHECK_THROWS_WITH(act(), ContainsSubstring("lens")); };
+    refuses([&] { normals(stored); });
+    refuses([&] { ssao(stored, 1); });
+    refuses([&] { fog(stored, color, {.density = 0.1}); });
+    refuses([&] { dof_masks(stored, CircleOfConfusion{1, 1}); });
+    refuses([&] { dof(stored, color, CircleOfConfusion{1, 1}); });
+    refuses([&] { unproject(stored, {.no_mixed_pixels = true}); });
+    refuses([&] { upsample_along_edges(stored, color); });
+    refuses([&] { depth_form(camera); });
+    refuses([&] { camera_rays(camera); });
+    Camera window = camera;
+    window.encoding = Encoding::window;
+    refuses([&] { linearize({image, window}); });
+}
