@@ -205,7 +205,7 @@ typedef struct {
     u32 wanted;                  // the word of the blocks that it works for
     u32 margin;                  // pixels around them that it works for too
     float least;                 // inverse depth of the farthest surface on which the radius is long enough
-    u32 smooth;                  // may not have low steps and thin objects?
+    float least_rough;           // the same where there are low steps and thin objects
 } block_params;
 PARAMS(block_params, 36)
 

@@ -15,7 +15,12 @@ using namespace fathom::images;
 namespace {
 
 constexpr int width = 400, height = 300, block = 64, seam = 10;
-constexpr int half_samples[] = {16, 48, 36}; // as src/operations/ssao/ssao_method.cpp has them
+// As src/operations/ssao/ssao_method.cpp has them.
+struct HalfResolution {
+    int slices, samples, jitter;
+    double growth;
+};
+constexpr HalfResolution half_resolution[] = {{1, 20, 16, 2.5}, {2, 26, 16, 3}, {3, 66, 16, 2}};
 
 std::size_t index(int x, int y, int row = width) {
     return static_cast<std::size_t>(y) * static_cast<std::size_t>(row) + static_cast<std::size_t>(x);
@@ -41,7 +46,9 @@ SsaoCall whole(Quality quality, double radius) {
 SsaoCall half(Quality quality, double radius) {
     SsaoCall call = options_of(radius, quality);
     sampling_of(call).half_resolution = true;
-    sampling_of(call).samples = half_samples[static_cast<int>(quality)];
+    const auto& [slices, samples, jitter, growth] = half_resolution[static_cast<int>(quality)];
+    sampling_of(call).slices = slices, sampling_of(call).samples = samples;
+    sampling_of(call).jitter = jitter, sampling_of(call).growth = growth;
     return call;
 }
 
@@ -53,9 +60,10 @@ std::vector<float> yard(const Camera& camera, double forward = 0) {
         .stored;
 }
 
-// 39 to 200 pixels, and 104 to 530: the qualities ask for 48 and 128.
+// 39 to 200 pixels, 104 to 530 and 78 to 400: the qualities ask for 48, 128 and 96.
 double yard_radius(Quality quality) {
-    return quality == Quality::balanced ? 5.3 : 2;
+    constexpr double of_quality[] = {2, 5.3, 4};
+    return of_quality[static_cast<int>(quality)];
 }
 
 /// Pixels that have the bits of both, of one only, and of neither.
@@ -125,21 +133,33 @@ TEST_CASE("ssao in blocks: orthographic radii are long everywhere or nowhere", "
     }
 }
 
-TEST_CASE("ssao in blocks: thin bars and low steps keep all pixels", "[ssao][blocks]") {
-    const Camera camera = perspective_camera();
-    constexpr double radius = 2.6; // 130 pixels and more
-    // A wall with a crease; bars, or a step, stand before its left part.
-    const auto stored_with = [&](const scene::Scene& more) {
-        scene::Scene scene{scene::Plane{{0, -1, -4}, {0, 0.4, 1}}, scene::Plane{{0, -1, -4}, {0, 1, 0.1}}};
-        scene.insert(scene.end(), more.begin(), more.end());
-        return scene::render(scene, camera).stored;
-    };
+namespace {
+
+/// A wall with a crease; bars, or a step, stand before its left part. A unit covers 50 pixels and more.
+std::vector<float> wall_with(const scene::Scene& more) {
+    scene::Scene scene{scene::Plane{{0, -1, -4}, {0, 0.4, 1}}, scene::Plane{{0, -1, -4}, {0, 1, 0.1}}};
+    scene.insert(scene.end(), more.begin(), more.end());
+    return scene::render(scene, perspective_camera()).stored;
+}
+
+scene::Scene thin_bars() {
     scene::Scene bars;
     for (int i = 0; i < 9; ++i)
         bars.push_back(scene::Box{{-2 + 0.18 * i, 0, -3.4}, {0.009, 5, 0.009}}); // 2 pixels wide
-    const scene::Scene step{scene::Box{{-3, 0, -4}, {2.5, 5, 0.1}}};
-    for (const auto& [what, more] : {std::pair{"bars", bars}, {"a step", step}}) {
-        const auto values = stored_with(more), bare = stored_with({});
+    return bars;
+}
+
+scene::Scene low_step() {
+    return {scene::Box{{-3, 0, -4}, {2.5, 5, 0.1}}};
+}
+
+} // namespace
+
+TEST_CASE("ssao in blocks: thin bars and low steps keep all pixels", "[ssao][blocks]") {
+    const Camera camera = perspective_camera();
+    constexpr double radius = 2.6; // 130 pixels and more
+    for (const auto& [what, more] : {std::pair{"bars", thin_bars()}, {"a step", low_step()}}) {
+        const auto values = wall_with(more), bare = wall_with({});
         for (const Quality quality : {Quality::balanced, Quality::accurate}) {
             const StoredDepth stored = stored_of(values, camera);
             const auto got = visibility_of(stored, options_of(radius, quality));
@@ -161,6 +181,33 @@ TEST_CASE("ssao in blocks: thin bars and low steps keep all pixels", "[ssao][blo
             CHECK(beside > 50);
             CHECK(differ == 0);
             CHECK(kinds.half > 5000); // the bare part
+        }
+    }
+}
+
+// But for normals that are given, and thickness from the silhouette.
+TEST_CASE("ssao in blocks: long rays have half resolution beside thin bars and low steps", "[ssao][blocks]") {
+    const Camera camera = perspective_camera();
+    constexpr double radius = 4.2; // 210 pixels and more
+    for (const auto& [what, more] : {std::pair{"bars", thin_bars()}, {"a step", low_step()}}) {
+        const auto values = wall_with(more);
+        const StoredDepth stored = stored_of(values, camera);
+        const Image given = normals(stored);
+        for (const Quality quality : qualities) {
+            const auto like_half = [&](bool has_normals, bool has_silhouettes) {
+                SsaoCall blocks = options_of(radius, quality), few = half(quality, radius);
+                for (SsaoCall* call : {&blocks, &few}) {
+                    if (has_normals)
+                        call->normals = given;
+                    if (has_silhouettes)
+                        call->thickness = Silhouette{};
+                }
+                return same_bits(visibility_of(stored, blocks), visibility_of(stored, few));
+            };
+            INFO(what << ", " << quality_names[static_cast<int>(quality)]);
+            CHECK(like_half(false, false));
+            CHECK(like_half(true, false) == (quality == Quality::fast));
+            CHECK(like_half(false, true) == (quality == Quality::fast));
         }
     }
 }

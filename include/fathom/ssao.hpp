@@ -24,7 +24,7 @@ struct Sampling {
     std::optional<int> slices = {};  ///< planes through the view ray, 1 to 64
     std::optional<int> samples = {}; ///< samples on either side of a slice, 1 to 256
     /// Up to how many times as many samples long rays take, 1 to 8: they grow with the square root of the radius beyond 48 pixels.
-    /// Default: 1.
+    /// Default: 1, or 1.2 for `accurate`, and more where a quality chooses half resolution.
     std::optional<double> growth = {};
     /// 1, 4 or 16 neighbouring pixels turn and shift their slices and samples, and are averaged over as many afterwards. 1 turns
     /// both off.
@@ -33,7 +33,7 @@ struct Sampling {
     /// Computes every second pixel of every second row of the camera's image and interpolates the others along their tangent
     /// planes. A pixel without a valid computed neighbour is open, with a confidence of 0. true: everywhere; false: nowhere.
     /// Default: a quality chooses it for each block of 64 x 64 pixels of the camera's image, where the radius covers many
-    /// pixels, and takes more samples there. In none of seven scenes is its rms error larger by more than a tenth.
+    /// pixels, and takes more slices and samples there.
     /// With `slices`, `samples`, `growth` or `jitter` the default is false.
     std::optional<bool> half_resolution = {};
 };

@@ -1,6 +1,6 @@
 // Which blocks of 64 x 64 pixels ssao computes at all pixels, from inverse depth. The others have a long radius, in pixels,
-// on every surface; and where `smooth` says so, no thin objects and no low steps, beside which visibility changes within a
-// few pixels.
+// on every surface; and a longer one where there are thin objects or low steps, beside which visibility changes within a few
+// pixels.
 //   jump = min(|after1 - (2 centre - before1)|, |centre - (2 after1 - after2)|)    where the two differ in sign
 // A crease lies above or below both planes, so that its two terms have the same sign.
 // Built for: PERSPECTIVE = 0 1
@@ -23,14 +23,19 @@ INLINE floatV jump(floatV before, floatV here, floatV after, floatV after2) {
 }
 
 typedef struct {
-    intV whole, steps;
+    intV shorter, middling, rough, steps; // than the least radius of all blocks, and than that of rough ones
 } findingsV;
+
+INLINE bool is_whole(const findingsV* found) {
+    return any_of(found->shorter) || (any_of(found->middling) && any_of(found->rough));
+}
 
 INLINE void look(findingsV* found, const window* w, const block_params* blocks, const occlusion_params* p, intV inside) {
     const floatV q = surface_only(neighbour(w, 0, 0));
     const intV surface = inside & (fabs(q) < INFINITY);
-    found->whole |= surface & (q < blocks->least);
-    if (!blocks->smooth || !any_of(surface))
+    found->shorter |= surface & (q < blocks->least);
+    found->middling |= surface & (q < blocks->least_rough);
+    if (!(blocks->least < blocks->least_rough) || !any_of(surface))
         return;
     const floatV right = surface_only(neighbour(w, 1, 0)), down = surface_only(neighbour(w, 0, 1));
     const floatV left = surface_only(neighbour(w, -1, 0)), up = surface_only(neighbour(w, 0, -1));
@@ -46,7 +51,7 @@ INLINE void look(findingsV* found, const window* w, const block_params* blocks, 
     const floatV off = max(min(misprediction(left2, left, q), misprediction(right2, right, q)),
                            min(misprediction(up2, up, q), misprediction(down2, down, q)));
     const intV thin = off > fma((floatV)THIN_PIXELS, size, tolerance);
-    found->whole |= surface & (low | thin);
+    found->rough |= surface & (low | thin);
     found->steps += select((intV)0, (intV)1, step);
 }
 
@@ -58,7 +63,7 @@ KERNEL void ssao_blocks(__global const float* depth, __global uint* blocks, cons
     const int left = ((column + chosen.first_column) << ssao_block_shift) - (int)grid.pixel_x;
     const int top = ((row + chosen.first_row) << ssao_block_shift) - (int)grid.pixel_y;
     const int width = (int)grid.x_end, height = (int)grid.height;
-    findingsV found = {0, 0};
+    findingsV found = {0, 0, 0, 0};
     bool whole = false;
     for (int y = max(top - AROUND, 0); y < min(top + size + AROUND, height) && !whole; ++y) {
         for (int x = left - AROUND; x < left + size + AROUND; x += V) {
@@ -68,10 +73,11 @@ KERNEL void ssao_blocks(__global const float* depth, __global uint* blocks, cons
             const intV lane = (intV)x + LANE_INDEX(int);
             look(&found, &w, &chosen, &p, (lane >= 0) & (lane < (intV)width));
         }
-        whole = any_of(found.whole);
+        whole = is_whole(&found);
     }
     int steps = 0;
     for (int i = 0; i < V; ++i)
         steps += ((const int*)&found.steps)[i];
-    blocks[row * (int)chosen.columns + column] = whole || steps > MOST_STEPS ? WHOLE : 0;
+    whole |= steps > MOST_STEPS && any_of(found.middling);
+    blocks[row * (int)chosen.columns + column] = whole ? WHOLE : 0;
 }

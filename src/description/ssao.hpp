@@ -20,7 +20,7 @@ void describe(const Visitor& v, Options& o) {
     v("growth", in<&Sampling::growth>(o.sampling), between(1, 8),
       "up to how many times as many samples long rays take: they grow with the square root of the radius beyond 48 "
       "pixels",
-      "1");
+      "by quality");
     v("jitter", in<&Sampling::jitter>(o.sampling), one_of(1.0, 4.0, 16.0),
       "number of neighbouring pixels that look into different directions and are averaged. 1 turns both off",
       "by quality");

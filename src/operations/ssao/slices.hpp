@@ -11,7 +11,7 @@ namespace fathom {
 /// How many slices and samples there are on the screen.
 struct Counts {
     int slices, samples, jitter;
-    double growth; ///< power of the radius in pixels that samples grow with
+    double growth; ///< times as many samples, at most, for long rays
 };
 
 /// Where the pixels of each of the 16 jitter patterns are sampled, as kernels/ssao/ssao.cl reads it.

@@ -69,14 +69,22 @@ void half_resolution(Call& call, const Image& depth, const std::vector<Wanted>& 
         upsample(call, depth, found[i].image, results[i].output, results[i].image, region);
 }
 
+// Normals that are given tell of faces a pixel wide, and silhouettes of bars: both would lie between the computed pixels.
+bool keeps_rough_blocks(const SsaoOptions& options) {
+    return options.normals || has_silhouettes(options);
+}
+
 // Which blocks of the camera's image are computed at all pixels, see kernels/ssao/blocks.h.
 std::pair<Image, params::block_params> chosen_blocks(Call& call, const Image& depth, const HalfResolution& half) {
     const PixelLattice all = pixel_lattice(call.stored);
     const int x = call.stored.x >> params::ssao_block_shift, y = call.stored.y >> params::ssao_block_shift;
     const params::occlusion_params occlusion = call.parameters(all);
+    constexpr float none = std::numeric_limits<float>::infinity();
     // A radius of that many pixels, as inverse depth; without perspective it has them everywhere or nowhere.
-    const auto least = static_cast<float>(half.least_px) * occlusion.pixel / occlusion.radius;
-    const float none = std::numeric_limits<float>::infinity();
+    const auto farthest = [&](double pixels) {
+        const auto least = static_cast<float>(pixels) * occlusion.pixel / occlusion.radius;
+        return call.rays.perspective ? least : least > 1 ? none : -none;
+    };
     const params::block_params chosen{
         .first_column = x,
         .first_row = y,
@@ -85,10 +93,10 @@ std::pair<Image, params::block_params> chosen_blocks(Call& call, const Image& de
         .every = 1,
         .wanted = 0,
         .margin = 0,
-        .least = call.rays.perspective ? least
-                 : least > 1           ? none
-                                       : -none,
-        .smooth = half.smooth};
+        .least = farthest(half.least_px),
+        .least_rough = keeps_rough_blocks(call.options) && half.least_px < half.least_rough_px
+                           ? none
+                           : farthest(half.least_rough_px)};
     const Image blocks =
         call.scratch.image(Element::u32, {static_cast<int>(chosen.columns * chosen.rows) + 2, 1}); // and two kinds
     constexpr int size = 1 << params::ssao_block_shift, halo = 1;                                  // block

@@ -8,7 +8,7 @@
 namespace fathom {
 
 Counts counts_of(const Sampling& sampling) {
-    constexpr Counts of_quality[] = {{1, 6, 16, 1}, {1, 32, 16, 1}, {4, 30, 4, 1}};
+    constexpr Counts of_quality[] = {{1, 6, 16, 1}, {1, 32, 16, 1}, {4, 30, 4, 1.2}};
     Counts chosen = of_quality[static_cast<int>(sampling.quality)];
     chosen.slices = sampling.slices.value_or(chosen.slices);
     chosen.samples = sampling.samples.value_or(chosen.samples);
@@ -18,7 +18,8 @@ Counts counts_of(const Sampling& sampling) {
 }
 
 const HalfResolution& half_of(Quality quality) {
-    static constexpr HalfResolution of_quality[] = {{16, 48, false}, {48, 128, true}, {36, 48, true}};
+    static constexpr HalfResolution of_quality[] = {
+        {1, 20, 16, 2.5, 48, 48}, {2, 26, 16, 3, 128, 192}, {3, 66, 16, 2, 96, 192}};
     return of_quality[static_cast<int>(quality)];
 }
 
@@ -33,7 +34,11 @@ SsaoOptions half_options(const SsaoOptions& options) {
     SsaoOptions few = options;
     Sampling& sampling = std::get<Sampling>(few.sampling);
     sampling.half_resolution = true;
-    sampling.samples = half_of(sampling.quality).samples;
+    const HalfResolution& half = half_of(sampling.quality);
+    sampling.slices = half.slices;
+    sampling.samples = half.samples;
+    sampling.jitter = half.jitter;
+    sampling.growth = half.growth;
     return few;
 }
 

@@ -31,11 +31,13 @@ inline bool is_half(const SsaoOptions& options) {
 /// By quality, or as the sampling says.
 Counts counts_of(const Sampling& sampling);
 
-/// How a quality chooses blocks of half resolution, and samples there. docs/research/ambient-occlusion.md has the measurements.
+/// How a quality chooses blocks of half resolution, and what it samples there. docs/research/ambient-occlusion.md has the
+/// measurements.
 struct HalfResolution {
-    int samples;
-    double least_px; ///< radius on every surface of such a block, pixels
-    bool smooth;     ///< no low steps and thin objects: kernels/ssao/ssao_blocks.cl
+    int slices, samples, jitter;
+    double growth;
+    double least_px;       ///< radius on every surface of such a block, pixels
+    double least_rough_px; ///< the same where there are low steps or thin objects: kernels/ssao/ssao_blocks.cl
 };
 const HalfResolution& half_of(Quality quality);
 
