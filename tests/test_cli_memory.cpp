@@ -122,6 +122,10 @@ TEST_CASE("program: an option that needs the whole image is refused where --memo
     refused({"fog", depth, "-o", out, "--color", color, "--density", "0.1"}, "--color " + color,
             "; save it as .exr or .tif");
     refused({"linearize", depth, "-o", out, "--resume"}, "--resume", "; leave it out");
+    const std::string held = folder / "out/held.npy";
+    refused({"linearize", depth, "-o", held}, "the file " + held, "; write .exr or .tif");
+    refused({"ssao", depth, "-o", out, "--radius", "0.01", "--bent-normal", held}, "the file " + held,
+            "; write .exr or .tif");
     CHECK(folder.results().empty());
     // With room for it, without --memory, and where the image is small whatever it says, nothing changes.
     const auto done = [&](const std::string& file, const Arguments& more) {

@@ -59,6 +59,8 @@ std::vector<Value> values_for(const Option& option) {
     case Option::Kind::lens:
         return {CircleOfConfusion{40, 180}, CircleOfConfusion{0, 0}, CircleOfConfusion{-1, 180},
                 CircleOfConfusion{40, -1}, CircleOfConfusion{HUGE_VAL, 180}};
+    case Option::Kind::region:
+        return {Region{1, 1, 4, 3}, Region{0, 0, columns, rows}, Region{0, 0, 0, 2}, Region{0, 0, 2, -1}};
     default:
         return {};
     }
@@ -86,6 +88,8 @@ std::string in_words(const Option& option, const Value& value) {
         return fmt::format("{},{}", pixel->x, pixel->y);
     if (const auto* ray = std::get_if<LensArguments::AlongRay>(&value))
         return fmt::format("{},{},{}", ray->pixel.x, ray->pixel.y, ray->distance);
+    if (const auto* region = std::get_if<Region>(&value))
+        return fmt::format("{},{},{},{}", region->x, region->y, region->width, region->height);
     const auto& three = std::get<std::array<double, 3>>(value);
     return fmt::format("{},{},{}", three[0], three[1], three[2]);
 }
@@ -151,6 +155,8 @@ int check_lens(const Scene& scene) {
         for (const Value& value : values_for(option)) {
             INFO(option.name << " = " << in_words(option, value));
             LensArguments lens{.focus = 5, .f_stop = 2, .focal_length_mm = 0.01, .sensor_mm = 36};
+            if (option.kind == Option::Kind::pixel || option.kind == Option::Kind::ray) // another focus
+                lens.focus.reset();
             option.set(lens, value);
             std::string refusal;
             try {
@@ -214,6 +220,37 @@ TEST_CASE("options: the library accepts what is described, and nothing else") {
     CHECK(checked > 100);
 }
 
+TEST_CASE("options: a circle beside a lens, and two ways to focus, are refused where the lens becomes a circle") {
+    const Scene scene;
+    const auto refusal = [&](const LensArguments& lens) {
+        try {
+            circle_for(lens, scene.stored);
+        } catch (const std::invalid_argument& error) {
+            return std::string(error.what());
+        }
+        return std::string();
+    };
+    const LensArguments::Pixel middle{6, 4};
+    CHECK(refusal({.circle = std::array{40.0, 180.0}}).empty());
+    CHECK(refusal({.focus = 2, .circle = std::array{40.0, 180.0}}) == description::excluding("circle", "focus"));
+    CHECK(refusal({.mm_per_unit = 1, .circle = std::array{40.0, 180.0}}) ==
+          description::excluding("circle", "mm_per_unit"));
+    CHECK(refusal({.focus = 2, .focus_at = middle, .f_stop = 2, .sensor_mm = 36}) ==
+          description::excluding("focus_at", "focus"));
+    CHECK(refusal({.circle = std::array{40.0, -1.0}}).starts_with("the circle's g = -1 must "));
+    CHECK(contains(refusal({.focus = 0, .f_stop = 2, .sensor_mm = 36}), "which is at depth 0"));
+}
+
+TEST_CASE("options: those of a struct that exclude each other are refused") {
+    const Scene scene;
+    CHECK_THROWS_WITH(dof(scene.stored, scene.picture, {40, 180}, {.aperture = {.blades = 5, .ratio = 2}}),
+                      description::excluding("ratio", "blades"));
+    CHECK_THROWS_WITH(normals(scene.stored, {.method = MaxError{3}, .noise = 0.1}),
+                      description::excluding("noise", "max_error"));
+    CHECK_NOTHROW(dof(scene.stored, scene.picture, {40, 180}, {.aperture = {.ratio = 2}}));
+    scene.stored.image.device().finish();
+}
+
 TEST_CASE("options: a range that a header says is the one that is described") {
     int compared = 0;
     for (const description::Operation& operation : description::operations()) {
@@ -241,13 +278,14 @@ TEST_CASE("options: the program accepts what is described, and nothing else") {
     for (const description::Operation& operation : description::operations())
         for (const Option& option : options_with_lens(operation)) {
             const std::string spelled = cli::spelled(option);
-            if (spelled.empty() || spelled == "--aperture")
+            if (spelled.empty())
                 continue;
+            const std::string before = cli::value_spelled(option).starts_with("ellipse:") ? "ellipse:" : "";
             for (const Value& value : values_for(option)) {
                 std::string command = operation.name;
                 std::ranges::replace(command, '_', '-');
-                const std::string refusal =
-                    usage_refusal({command, "no.exr", "-o", "out.exr", spelled + "=" + in_words(option, value)});
+                const std::string refusal = usage_refusal(
+                    {command, "no.exr", "-o", "out.exr", spelled + "=" + before + in_words(option, value)});
                 INFO(command << ' ' << spelled << '=' << in_words(option, value) << ": " << refusal);
                 CHECK(contains(refusal, spelled + ": '") == !option.accepts(value));
                 ++checked;
@@ -268,7 +306,7 @@ TEST_CASE("options: the program refuses what is described as excluded, or of no 
             if (option.kind == Option::Kind::flag)
                 return name;
             for (const Value& value : values_for(option))
-                if (option.accepts(value))
+                if (option.accepts(value) && !option.is_default(value)) // which says nothing
                     return name + "=" + in_words(option, value);
             return name + "=1.exr";
         };

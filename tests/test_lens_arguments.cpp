@@ -59,9 +59,11 @@ TEST_CASE("lens arguments: what is missing is refused by its name", "[lens_argum
     refused({.focus = 2, .f_stop = 2}, none,
             "focal_length_mm: missing, and the camera has no \"lens_mm\"; give it or sensor_mm, or both");
     refused({.focus = 2, .focus_at = LensArguments::Pixel{0, 0}}, none,
-            "focus, focus_at and focus_along are three ways to say one depth; give one");
+            "focus_at and focus exclude each other: give one of the two");
     refused({.f_stop = 2, .circle = std::array{3.0, 6.0}}, none,
-            "circle is given instead of a lens; leave one of the two out");
+            "circle and f_stop exclude each other: give one of the two");
+    refused({.mm_per_unit = 10, .circle = std::array{3.0, 6.0}}, none,
+            "circle and mm_per_unit exclude each other: give one of the two");
     LensDefaults impossible;
     impossible.f_stop = -1;
     refused({.focus = 2}, impossible, "the camera: \"f_stop\" is -1, which no lens has; it must be above 0");

@@ -522,7 +522,7 @@ TEST_CASE("normals: options that do not fit are refused, and the method follows 
     CHECK_THROWS_WITH(normals(stored, Image(oracle::device(), Element::f32, {8, 8, 4})),
                       "the result holds 4 floats a pixel; it must hold 3 floats");
     CHECK_THROWS_WITH(normals(stored, {.method = MaxError{90}, .noise = 0.001}),
-                      "max_error was measured without noise: give one of the two");
+                      "noise and max_error exclude each other: give one of the two");
     CHECK(chosen_method({}, stored) == NormalMethod::neighbours);
     CHECK(chosen_method({.noise = 0.001}, stored) == NormalMethod::least_squares);
     CHECK(chosen_method({.method = NormalMethod::neighbours, .noise = 0.001}, stored) == NormalMethod::neighbours);

@@ -71,12 +71,12 @@ inline constexpr double dof_edge_rms_error = 0.003;
 /// Throws: std::invalid_argument for options out of range and images that do not fit; Error from the device.
 /// Source: thin lens, Potmesil and Chakravarty 1981; layers by circle of confusion, Scofield 1992, Kraus and Strengert 2007;
 /// the alpha of a layer and the colour of a hidden surface as derived in docs/depth-of-field.md.
-Image dof(const StoredDepth& stored, const Image& color, const CircleOfConfusion& coc, const DofOptions& options = {},
-          const Launch& launch = {});
+Image dof(const StoredDepth& stored, const Image& color, const CircleOfConfusion& circle,
+          const DofOptions& options = {}, const Launch& launch = {});
 
 /// The same into an image of the caller's: of the color's size, type and channels, with any row stride. It shares no memory
 /// with an input.
-void dof(const StoredDepth& stored, const Image& color, const Image& result, const CircleOfConfusion& coc,
+void dof(const StoredDepth& stored, const Image& color, const Image& result, const CircleOfConfusion& circle,
          const DofOptions& options = {}, const Launch& launch = {});
 
 #pragma GCC visibility pop

@@ -101,7 +101,7 @@ struct DofMasks {
 /// Throws: std::invalid_argument for options out of range and a circle that is not this camera's; Error from the device.
 /// Source: Potmesil and Chakravarty 1981; affine in the stored value because 1/z is, by Popov 2016, eq. 5, 6:
 /// docs/depth-of-field.md.
-DofMasks dof_masks(const StoredDepth& stored, const CircleOfConfusion& coc, const DofMasksOptions& options = {},
+DofMasks dof_masks(const StoredDepth& stored, const CircleOfConfusion& circle, const DofMasksOptions& options = {},
                    const Launch& launch = {});
 
 /// The same into the caller's images: those that `options` asks for, of one float a pixel, with any row stride. They share
@@ -112,12 +112,12 @@ DofMasks dof_masks(const StoredDepth& stored, const CircleOfConfusion& coc, cons
 /// another one 4, and the three masks of near discs a 64th of a byte. A memory budget makes the 4 bytes of near alpha of fewer
 /// rows: of 256 at least, however large the discs are. Same bits.
 /// Throws: as above, and std::invalid_argument for images that are missing, do not fit or were not asked for.
-void dof_masks(const StoredDepth& stored, const DofMasks& results, const CircleOfConfusion& coc,
+void dof_masks(const StoredDepth& stored, const DofMasks& results, const CircleOfConfusion& circle,
                const DofMasksOptions& options = {}, const Launch& launch = {});
 
 /// The widest circle of confusion of all pixels that have one, in pixels: no more than `max_coc_px`, and 0 if no pixel has one.
 /// Asks the device and waits for it.
-float widest_coc(const StoredDepth& stored, const CircleOfConfusion& coc, const DofMasksOptions& options = {});
+float widest_coc(const StoredDepth& stored, const CircleOfConfusion& circle, const DofMasksOptions& options = {});
 
 #pragma GCC visibility pop
 } // namespace fathom

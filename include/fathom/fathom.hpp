@@ -6,6 +6,7 @@
 #include <fathom/device.hpp>
 #include <fathom/dof.hpp>
 #include <fathom/dof_masks.hpp>
+#include <fathom/doubts.hpp>
 #include <fathom/error.hpp>
 #include <fathom/findings.hpp>
 #include <fathom/fog.hpp>
@@ -21,6 +22,8 @@
 #include <fathom/probe.hpp>
 #include <fathom/projection.hpp>
 #include <fathom/quality.hpp>
+#include <fathom/ranking.hpp>
+#include <fathom/relative.hpp>
 #include <fathom/ssao.hpp>
 #include <fathom/tiles.hpp>
 #include <fathom/unproject.hpp>

@@ -49,7 +49,7 @@ LensArguments completed(LensArguments lens, const LensDefaults& defaults, const 
 double focus_of(const LensArguments& lens, const StoredDepth& stored);
 
 /// The circle of confusion of a complete lens for an image.
-/// Throws: std::invalid_argument as `focus_of` and `circle_of_confusion`.
+/// Throws: std::invalid_argument as `focus_of` and `circle_of_confusion`, and for a lens that says something in two ways.
 CircleOfConfusion circle_for(const LensArguments& lens, const StoredDepth& stored);
 
 #pragma GCC visibility pop

@@ -104,14 +104,14 @@ struct DofMaskArrays {
 };
 
 /// The circle of confusion and masks; see dof_masks.hpp.
-void dof_masks(const Device& device, cv::InputArray stored, const Camera& camera, const CircleOfConfusion& coc,
+void dof_masks(const Device& device, cv::InputArray stored, const Camera& camera, const CircleOfConfusion& circle,
                const DofMaskArrays& results, const DofMasksOptions& options = {}, std::optional<Storage> storage = {},
                const Launch& launch = {});
 
 /// A blurred picture of the type of `color`: CV_32FC3, CV_16FC3, CV_16UC3, CV_8UC3, or four channels with an alpha; see
 /// dof.hpp.
 void dof(const Device& device, cv::InputArray stored, const Camera& camera, cv::InputArray color,
-         const CircleOfConfusion& coc, cv::OutputArray result, const DofOptions& options = {},
+         const CircleOfConfusion& circle, cv::OutputArray result, const DofOptions& options = {},
          std::optional<Storage> storage = {}, const Launch& launch = {});
 
 /// A picture with fog, of the type of `color`, which is any that `dof` takes; see fog.hpp. `FogOptions::fog_color` has the

@@ -75,10 +75,6 @@ inline constexpr double silhouette_least = 0.01, silhouette_most = 0.5;
 /// silhouette of the pixel's object.
 inline constexpr double silhouette_step = 0.02;
 
-/// Pixels around a tile that make it bit-identical where a quality chooses half resolution in blocks. A longer radius needs
-/// more: its pixels where surfaces are nearest, and 16.
-inline constexpr int ssao_block_halo = 96;
-
 /// Largest difference from 1 of the visibility of a plane that nothing rises above.
 inline constexpr double ssao_plane_error = 0.002;
 

@@ -2,45 +2,91 @@
 #include "bindings.hpp"
 
 #include "call.hpp"
+#include "keywords.hpp"
 #include "unlocked.hpp"
 
-#include "description/check.hpp"
-#include "description/ssao.hpp"
+#include "text.hpp"
 
 #include <fathom/dof.hpp>
 #include <fathom/doubts.hpp>
 
-#include <nanobind/stl/optional.h>
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/vector.h>
 
+#include <algorithm>
 #include <optional>
 #include <string>
+#include <string_view>
+#include <utility>
 #include <vector>
 
 namespace fathom::python {
 namespace {
 
-using Length = std::optional<double>;
+// What operations say of lengths: the radius, the lens or the circle instead of it, the sky, and the widest circle.
+std::vector<Keyword> described_lengths() {
+    std::vector<description::Option> lengths;
+    for (const description::Operation& operation : operations()) {
+        if (operation.name == std::string_view("dof"))
+            lengths.insert(lengths.end(), operation.lens.begin(), operation.lens.end());
+        for (const description::Option& option : operation.options)
+            if (const std::string_view name = option.name;
+                name == "radius" || (operation.name == std::string_view("dof") &&
+                                     (name == "circle" || name == "sky" || name == "max_coc_px")))
+                lengths.push_back(option);
+    }
+    return keywords_of(std::move(lengths));
+}
 
-std::vector<std::string> check(const Pixels& depth, const CameraObject& camera, const Word<Storage>& storage,
-                               Length radius, Length focus, Length f_stop, Length focal_length_mm, Length sensor_mm,
-                               double mm_per_unit) {
-    if (radius) // whatever else is wrong
-        description::Check{}("radius", *radius, description::ssao_radius);
+struct Lengths {
+    std::optional<double> radius;
+    LensArguments lens;
+    description::DofCall call; // its sky and widest circle
+    bool has_lens = false;
+};
+
+Lengths lengths_of(Keywords& keywords) {
+    static const auto& known = *new std::vector<Keyword>(described_lengths()); // as long as the process
+    Lengths read;
+    const description::Operation& dof = description::operation<description::DofCall>();
+    keywords.each(known, [&](const description::Option& option, nb::handle given) {
+        const description::Value value = keywords.value_of(option, given);
+        const bool of_lens =
+            std::ranges::count(dof.lens, std::string_view(option.name), &description::Option::name) > 0;
+        read.has_lens =
+            read.has_lens || ((of_lens || option.kind == description::Kind::lens) && !option.is_default(value));
+        if (option.name == std::string_view("radius"))
+            read.radius = std::get<double>(value);
+        else if (of_lens)
+            option.set(read.lens, value);
+        else if (const auto* circle = std::get_if<CircleOfConfusion>(&value))
+            read.lens.circle = {static_cast<double>(circle->k), static_cast<double>(circle->g)};
+        else
+            dof.set(&read.call, option, value);
+    });
+    return read;
+}
+
+std::vector<std::string> check(const nb::args& arguments, const nb::kwargs& named) {
+    static const auto& names =
+        *new std::vector{PyUnicode_InternFromString("depth"), PyUnicode_InternFromString("camera")};
+    Keywords keywords("check", names, arguments, named);
+    const Pixels depth{keywords.take("depth")};
+    const nb::object camera_given = keywords.take("camera");
+    if (!nb::isinstance<CameraObject>(camera_given))
+        keywords.refuse();
+    const auto& camera = nb::cast<const CameraObject&>(camera_given);
+    const Word<Storage> storage{keywords.take("storage")};
+    auto [radius, lens, call, has_lens] = lengths_of(keywords); // refused whatever else is wrong
+    keywords.finish();
     const HeldDepth held = host_depth(depth, camera, storage, "depth");
     const Camera seen = camera.of_size(held.stored.width, held.stored.height);
     std::vector<std::string> said = key_doubts(camera.file().text, seen.width, seen.height);
-    LensArguments lens{.focus = focus,
-                       .f_stop = f_stop,
-                       .focal_length_mm = focal_length_mm,
-                       .sensor_mm = sensor_mm,
-                       .mm_per_unit = mm_per_unit};
     CircleOfConfusion circle;
-    const bool has_lens = focus || f_stop || focal_length_mm || sensor_mm;
     if (has_lens) {
         lens = completed(lens, camera.file().lens, seen.projection);
-        circle = circle_for(lens, {.image = {}, .camera = seen, .storage = held.stored.storage});
+        const DeviceImage decoded = lens.focus_at ? to_device(depth, device_of({})) : DeviceImage{}; // that pixel
+        circle = circle_for(lens, {.image = decoded.image, .camera = seen, .storage = held.stored.storage});
     }
     const Unlocked released;
     for (const std::string& doubt : depth_doubts(seen, held.stored))
@@ -51,7 +97,7 @@ std::vector<std::string> check(const Pixels& depth, const CameraObject& camera, 
         said = radius_doubts(seen, held.stored, *radius);
     if (has_lens)
         for (const std::string& doubt :
-             lens_doubts(seen, held.stored, lens, circle, Sky::blur, DofOptions{}.max_coc_px))
+             lens_doubts(seen, held.stored, lens, circle, call.options.sky, call.options.max_coc_px))
             said.push_back(doubt);
     return said;
 }
@@ -59,17 +105,20 @@ std::vector<std::string> check(const Pixels& depth, const CameraObject& camera, 
 } // namespace
 
 void bind_check(nb::module_& module) {
-    module.def(
-        "check", check, nb::arg("depth"), nb::arg("camera"), nb::kw_only(), nb::arg("storage") = nb::none(),
-        nb::arg("radius") = nb::none(), nb::arg("focus") = nb::none(), nb::arg("f_stop") = nb::none(),
-        nb::arg("focal_length_mm") = nb::none(), nb::arg("sensor_mm") = nb::none(), nb::arg("mm_per_unit") = 1000.0,
-        R"(What is probably wrong with the camera for this depth: a sentence each, with the cure. Needs no device.
+    std::string signature = text("def check(depth: fathom._operations.Array | Image, camera: Camera, *, storage: ",
+                                 nb::detail::make_caster<Word<Storage>>::Name.text, " | None = None");
+    for (const Keyword& each : described_lengths())
+        signature += text(", ", each.option.name, ": ", annotation(each.option), " | None = None");
+    static const auto& kept = *new std::string(signature + ") -> list[str]"); // nanobind keeps its address
+    module.def("check", check, nb::sig(kept.c_str()),
+               R"(What is probably wrong with the camera for this depth: a sentence each, with the cure.
 
 If nothing is, and a radius of ssao or a lens of dof is given, what is probably wrong with that: it reaches nothing or
 everything that the image shows, or counts in another unit. What a lens lacks the camera gives, as for dof.
 
-depth, storage: as for linearize. All pixels count: about 50 ms for 1920 x 1080. The first call of an operation with a
-camera looks at a sample of its depth, in at most a millisecond, and warns (CameraWarning) of the same.
+depth, storage, and what concerns lengths: as for the operations. All pixels count: about 50 ms for 1920 x 1080. Only
+focus_at needs a device. The first call of an operation with a camera looks at a sample of its depth, in at most a
+millisecond, and warns (CameraWarning) of the same.
 
 Returns a list of str, empty if nothing looks wrong. Raises ValueError and fathom.Error as linearize does.)");
 }

@@ -47,6 +47,18 @@ bool is_kind(const Option& option, nb::handle given) {
 
 } // namespace
 
+const std::vector<description::Operation>& operations() {
+    static const auto all = [] {
+        std::vector<description::Operation> all = description::operations();
+        for (description::Operation& operation : all)
+            for (Option& option : operation.options)
+                if (option.name == std::string_view("as"))
+                    option.name = "as_";
+        return all;
+    }();
+    return all;
+}
+
 std::string annotation(const Option& option) {
     std::string literal;
     switch (option.kind) {
@@ -59,10 +71,10 @@ std::string annotation(const Option& option) {
     case Kind::color:
     case Kind::direction:
     case Kind::lens:
-        return "collections.abc.Sequence[float]";
+        return "collections.abc.Sequence[float] | numpy.ndarray";
     case Kind::pixel:
     case Kind::region:
-        return "collections.abc.Sequence[int]";
+        return "collections.abc.Sequence[int] | numpy.ndarray";
     case Kind::ray:
         return "tuple[int, int, float]";
     case Kind::choice:
@@ -70,7 +82,7 @@ std::string annotation(const Option& option) {
             literal += text(literal.empty() ? "typing.Literal['" : ", '", choice, "'");
         return literal + "]";
     default:
-        return option.kind == Kind::depth && option.alternative ? "BackDepth" : pixels;
+        return option.kind == Kind::depth && option.needs.empty() ? "BackDepth" : pixels;
     }
 }
 
@@ -193,7 +205,8 @@ Value Keywords::value_of(const Option& option, nb::handle given) const {
     }
     case Kind::region: {
         const auto [x, y, width, height] = as<std::array<int, 4>>(option.name, given, "4 whole numbers");
-        return Region{x, y, width, height};
+        value = Region{x, y, width, height};
+        break;
     }
     default:
         for (std::size_t i = 0; i < option.choices.size(); ++i)
@@ -220,7 +233,9 @@ std::string words_of(const std::vector<Option>& options) {
         const std::string by_default = option.kind == Kind::result || option.required || value == "none"
                                            ? ""
                                            : text(limits.empty() ? "" : "; ", "default: ", value);
-        lines += text(option.name, ": ", option.words);
+        const bool is_another = &option != &options.front() && (&option)[-1].name == option.name; // of one name
+        lines +=
+            is_another ? text("    or ", option.accepted(), ": ", option.words) : text(option.name, ": ", option.words);
         if (!limits.empty() || !by_default.empty())
             lines += text(" (", limits, by_default, ")");
         lines += ".\n";

@@ -14,6 +14,9 @@
 
 namespace fathom::python {
 
+/// The operations, whose options have names that are no words of Python.
+const std::vector<description::Operation>& operations();
+
 /// An option that is described, and its name as Python's calls have it: the same object for each call.
 struct Keyword {
     description::Option option;

@@ -146,21 +146,22 @@ nb::object call_of(const Bound& bound, const nb::args& arguments, const nb::kwar
     Given given;
     std::vector<description::Given> together;
     keywords.each(bound.lens, [&](const Option& option, nb::handle value) {
-        option.set(lens, keywords.value_of(option, value));
-        together.push_back({&option});
+        together.push_back({&option, keywords.value_of(option, value)});
+        option.set(lens, *together.back().value);
     });
     keywords.each(bound.keywords, [&](const Option& option, nb::handle value) {
-        together.push_back({&option});
         given.emplace_back(&option, value);
+        together.push_back({&option});
         if (option.is_image())
             return;
-        const description::Value read = keywords.value_of(option, value);
+        together.back().value = keywords.value_of(option, value);
+        const description::Value& read = *together.back().value;
+        if (option.is_default(read)) // which may be given beside anything
+            return;
         if (const auto* circle = std::get_if<CircleOfConfusion>(&read))
             lens.circle = {static_cast<double>(circle->k), static_cast<double>(circle->g)};
         else
             operation.set(options.get(), option, read);
-        if (const auto* choice = std::get_if<std::size_t>(&read))
-            together.back().choice = *choice;
     });
     const Common common(keywords);
     for (const Keyword& each : bound.keywords)
@@ -363,7 +364,7 @@ void bind_operations(nb::module_& module) {
                                                               nb::sig(kept.second.c_str()), kept.first.doc.c_str());
         signatures.push_back(signature);
     };
-    for (const description::Operation& operation : description::operations()) {
+    for (const description::Operation& operation : operations()) {
         const Bound& its = bound(operation);
         add(signature_of(operation),
             [&its](const nb::args& arguments, const nb::kwargs& named) { return call_of(its, arguments, named); });
@@ -393,7 +394,7 @@ void bind_operations(nb::module_& module) {
         "options",
         [] {
             nlohmann::ordered_json all = nlohmann::ordered_json::array();
-            for (const description::Operation& operation : description::operations())
+            for (const description::Operation& operation : operations())
                 all.push_back(as_json(operation));
             return nb::module_::import_("json").attr("loads")(all.dump());
         },

@@ -90,7 +90,9 @@ std::string overloads(const Signature& function) {
                 all.push_back(overload(function, depth, "tuple", true, each.name.c_str(), several));
         if (function.may_be_alone)
             all.push_back(overload(function, depth, "None", true, nullptr, made));
-        else
+        if (function.may_be_alone && !function.results.empty()) // a bool that nobody knows decides
+            all.push_back(overload(function, depth, "Any", true, "", text(several, " | ", made)));
+        if (!function.may_be_alone)
             all.push_back(overload(function, depth, "tuple", true, nullptr, several));
     }
     std::string text;
@@ -111,7 +113,7 @@ std::string words_of_results(const Operation& operation) {
     words += text(" named tuple ", operation.results,
                   ", with None for what was not asked for. `out` is such a tuple then.\n");
     for (const description::Result& result : results)
-        words += text(result.name, ": ", words_of(result), "\n");
+        words += text(result.name, ": ", words_of(result), &result == &results.back() ? "" : "\n");
     return words;
 }
 
@@ -169,7 +171,7 @@ std::string words_of(const description::Result& result) {
 
 std::string stub_of(const std::vector<Signature>& functions) {
     std::string stub = stub_head, names;
-    for (const Operation& operation : description::operations()) {
+    for (const Operation& operation : operations()) {
         if (!operation.results)
             continue;
         const std::shared_ptr<void> call = operation.make(nullptr);

@@ -47,6 +47,36 @@ def test_a_radius_is_refused_as_the_operation_does(metres, keys, radius):
     assert str(of_check.value) == str(of_operation.value)
 
 
+def test_a_lens_is_taken_as_an_operation_takes_it(metres, keys):
+    camera, depth = fathom.Camera(**keys), metres.astype(numpy.float32)
+    lens = {"f_stop": 2, "sensor_mm": 36}
+    for wrong in (
+        {"focus": 0, **lens},
+        {"focus": 2, "circle": (3, 1)},
+        {"mm_per_unit": 0},
+        {"mm_per_unit": -5},
+        {"focus": 3, "focus_at": (3, 3), **lens},
+        {"circle": (3, 1), "mm_per_unit": 10},
+        {"focus": 3, "focal_length_mm": float("inf"), **lens},
+        {"max_coc_px": 0},
+    ):
+        needed = {} if "focus" in wrong or "circle" in wrong else {"focus": 2, **lens}
+        with pytest.raises(ValueError) as of_operation:
+            fathom.dof(depth, camera, numpy.ones((HEIGHT, WIDTH, 3), numpy.float32), **needed, **wrong)
+        with pytest.raises(ValueError) as of_check:
+            fathom.check(depth, camera, **wrong)
+        assert str(of_check.value) == str(of_operation.value)
+    assert fathom.check(depth, camera, mm_per_unit=None) == []
+    (said,) = fathom.check(depth, camera, focus_along=(3, 3, 2.0), mm_per_unit=1000, **lens)
+    assert said.startswith("no circle of confusion is a pixel wide")
+    under_pixel = fathom.check(depth, camera, focus_at=(WIDTH // 2, HEIGHT // 2), **lens)
+    at_depth = fathom.check(depth, camera, focus=float(metres[HEIGHT // 2, WIDTH // 2]), **lens)
+    assert under_pixel == at_depth
+    assert fathom.check(depth, camera, circle=(3000, 1)) and not fathom.check(depth, camera, circle=(3, 1))
+    with pytest.raises(TypeError, match="no argument 'focus_on'"):
+        fathom.check(depth, camera, focus_on=2)
+
+
 def test_what_is_right_is_not_told(metres, millimetres, keys, kinect):
     camera = fathom.Camera(**keys)
     assert fathom.check(metres.astype(numpy.float32), camera) == []

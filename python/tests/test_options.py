@@ -1,6 +1,8 @@
 """Every option that is described, as `fathom options --json` says: Python's keywords accept the same values as the program."""
 
+import inspect
 import json
+import keyword
 import math
 
 import numpy
@@ -10,6 +12,10 @@ import fathom
 from conftest import HEIGHT, WIDTH
 
 LENS = {"focus": 5, "f_stop": 2, "focal_length_mm": 0.01, "sensor_mm": 36}
+
+
+def python_name(name):
+    return name + "_" * keyword.iskeyword(name)
 
 
 def required(operation, picture):
@@ -47,7 +53,7 @@ def values(option):
     if option["kind"] == "ray":
         return [((2, 1, 5.0), True), ((2, 1, math.inf), True), ((2, 1, 0.0), False), ((2, 1, math.nan), False)]
     if option["kind"] == "region":
-        return [((1, 1, 4, 3), True)]
+        return [((1, 1, 4, 3), True), ((0, 0, WIDTH, HEIGHT), True), ((0, 0, 0, 2), False), ((0, 0, 2, -1), False)]
     if "values" in option:
         between = [value + 1 for value in option["values"]]
         return [(value, True) for value in option["values"]] + [
@@ -84,8 +90,9 @@ def test_values_within_their_ranges_and_beyond(program, metres, keys):
     for operation in json.loads(program("options", "--json").stdout)["operations"]:
         for option in operation["options"]:
             for value, fits in values(option):
-                said = refusal(operation, depth, camera, beside(operation, option, images) | {option["name"]: value})
-                own = said.startswith(f"{option['name']} = ") and (" must " in said or " is unknown" in said)
+                name = python_name(option["name"])
+                said = refusal(operation, depth, camera, beside(operation, option, images) | {name: value})
+                own = said.startswith(f"{name} = ") and (" must " in said or " is unknown" in said)
                 assert own == (not fits), (operation["name"], option["name"], value, said)
                 checked += 1
     assert checked > 150
@@ -97,7 +104,8 @@ def test_what_excludes_another_option_is_refused_beside_it(metres, keys):
     images = {"picture": numpy.full((HEIGHT, WIDTH, 3), 0.5, numpy.float32), "depth": depth, "result": True}
 
     def good(option):
-        return next((value for value, fits in values(option) if fits), images.get(option["kind"]))
+        fitting = (value for value, fits in values(option) if fits and value != option["default"])  # which says nothing
+        return next(fitting, images.get(option["kind"]))
 
     tried = 0
     for operation in fathom.options():
@@ -128,6 +136,7 @@ def test_options_are_those_of_the_program(program):
     for operation in described:
         for option in operation["options"]:
             del option["program"]
+            option["name"] = python_name(option["name"])
     assert fathom.options() == described
 
 
@@ -138,7 +147,8 @@ def test_what_needs_another_option_is_refused_without_it(metres, keys):
     for operation in fathom.options():
         for option in operation["options"]:
             if option["needs"]:
-                value = next((value for value, fits in values(option) if fits), images.get(option["kind"]))
+                good = [value for value, fits in values(option) if fits and value != option["default"]]
+                value = good[0] if good else images.get(option["kind"])
                 given = required(operation, images["picture"]) | {option["name"]: value}
                 said = refusal(operation, depth, camera, given)
                 assert said == f"{option['name']}: is of no use without {' or '.join(option['needs'])}"
@@ -147,8 +157,40 @@ def test_what_needs_another_option_is_refused_without_it(metres, keys):
 
 
 def test_an_option_that_is_described_is_a_keyword_and_no_other(program):
-    import inspect
+    common = {"depth", "camera", "ignore", "storage", "out", "device"}
+    for operation in fathom.options():
+        described = {option["name"] for option in operation["options"]}
+        hook = {"color"} if operation["name"] == "dof_masks" else set()  # which gives the results their size
+        assert set(inspect.signature(getattr(fathom, operation["name"])).parameters) == described | common | hook
 
-    for operation in json.loads(program("options", "--json").stdout)["operations"]:
-        signature = inspect.signature(getattr(fathom, operation["name"]))
-        assert {option["name"] for option in operation["options"]} <= set(signature.parameters)
+
+def test_a_call_with_all_defaults_is_one_without_them(metres, keys):
+    """As the panel of another program makes it."""
+    camera, depth = fathom.Camera(**keys), metres.astype(numpy.float32)
+    picture = numpy.full((HEIGHT, WIDTH, 3), 0.5, numpy.float32)
+    for operation in fathom.options():
+        defaults = {option["name"]: option["default"] for option in operation["options"] if option["default"] is not None}
+        call, needed = getattr(fathom, operation["name"]), required(operation, picture)
+        if infinite := [name for name, value in defaults.items() if value == "inf" and name != "background"]:
+            defaults |= dict.fromkeys(infinite, math.inf)
+        for given in (defaults, dict(reversed(defaults.items()))):
+            made, plain = call(depth, camera, **needed, **given), call(depth, camera, **needed)
+            for one, other in zip(made, plain):
+                numpy.testing.assert_array_equal(one, other)
+
+
+def test_an_option_at_its_default_stands_beside_anything(metres, keys):
+    camera, depth = fathom.Camera(**keys), metres.astype(numpy.float32)
+    picture = numpy.full((HEIGHT, WIDTH, 3), 0.5, numpy.float32)
+    numpy.testing.assert_array_equal(
+        fathom.dof(depth, camera, picture, circle=(3, 1), blades=0, ratio=2),
+        fathom.dof(depth, camera, picture, circle=(3, 1), ratio=2),
+    )
+    for given in ({"max_error": 0.1, "quality": "balanced"}, {"quality": "balanced", "max_error": 0.1}):
+        numpy.testing.assert_array_equal(
+            fathom.ssao(depth, camera, 0.3, **given), fathom.ssao(depth, camera, 0.3, max_error=0.1)
+        )
+    with_flag = {"operation": "dof_masks", "tile_px": 8, "tile_min_coc": False}
+    for name, given in (("fog", {"density": 0.1, "up": (0, 0, 1), "height_falloff": 0}), (with_flag.pop("operation"), with_flag)):
+        its = next(each for each in fathom.options() if each["name"] == name)
+        assert "is of no use without" in refusal(its, depth, camera, required(its, picture) | given), name

@@ -85,7 +85,7 @@ CircleOfConfusion circle_of_confusion(const Lens& lens, const Camera& camera) {
     const Optics o = optics(lens, camera);
     const Real focus = lens.focus - o.rays.centre_depth;
     require(!std::isnan(lens.focus) && focus > 0, "focus = ", lens.focus,
-            " must lie in front of the lens, which is at depth ", o.rays.centre_depth);
+            " must lie in front of the lens, which is at depth ", o.rays.centre_depth + 0); // and not at -0
     require(static_cast<double>(focus) > static_cast<double>(o.focal_length), "focus = ", lens.focus,
             " must be farther away than the focal length, which is ", o.focal_length, " scene units");
     const Real full = o.aperture * o.image_scale;

@@ -494,7 +494,7 @@ CameraFile preset_file(const std::string& text) {
 Camera camera_for(const CameraFile& file, int width, int height) {
     auto camera = file.camera;
     if ((camera.width && camera.width != width) || (camera.height && camera.height != height))
-        throw Error("the camera file is for " + (camera.width ? std::to_string(camera.width) : "any") + " x " +
+        throw Error("the camera is for " + (camera.width ? std::to_string(camera.width) : "any") + " x " +
                     (camera.height ? std::to_string(camera.height) : "any") + " pixels, the image has " +
                     std::to_string(width) + " x " + std::to_string(height) + "; " +
                     cure_of_size(camera, width, height));

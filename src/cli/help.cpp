@@ -1,6 +1,7 @@
 // `--help`, and what is said instead of it when the arguments are wrong.
 #include "help.hpp"
 
+#include "description/check.hpp"
 #include "terminal/messages.hpp"
 
 #include <CLI/CLI.hpp>
@@ -128,7 +129,7 @@ std::string usage(const CLI::App& app, const std::string& name) {
     std::string text = app.get_parent() ? app.get_parent()->get_name() + " " + app.get_name() : name + " COMMAND";
     for (const CLI::Option* option : app.get_options()) {
         if (option->get_positional())
-            text += " " + term(*option);
+            text += option->get_required() || takes_frames(app) ? " " + term(*option) : " [" + term(*option) + "]";
         else if (option->get_required())
             text += (option->get_snames().empty() ? " --" + option->get_lnames().front()
                                                   : " -" + option->get_snames().front()) +
@@ -215,6 +216,11 @@ std::string explain(const CLI::App& program, const CLI::ParseError& error) {
     for (const CLI::Option* option : command.get_options())
         if (option->get_expected_max() == 1 && option->count() > 1)
             return option->get_name() + ": is given more than once";
+    const std::vector<std::string> said = CLI::detail::split(error.what(), ' ');
+    if (error.get_name() == "ExcludesError") // "--one excludes --other"
+        return description::excluding(said.front(), said.back());
+    if (error.get_name() == "RequiresError") // "--one requires --other"
+        return said.front() + ": is of no use without " + said.back();
     return command.get_name() + ": " + error.what() + "; try fathom " + command.get_name() + " --help";
 }
 

@@ -60,6 +60,7 @@ Program::Program()
     const auto add = [&](const char* name, const char* summary, const char* notes, const auto& configure,
                          const description::Operation* operation = nullptr) {
         CLI::App* app = app_->add_subcommand(name, summary);
+        app->set_help_flag("-h,--help", "print this help");
         app->footer(notes + std::string("\n\n") + exit_codes_in_short);
         app->parse_complete_callback([this, app, operation, run = configure(*app)] {
             if (operation)

@@ -36,9 +36,9 @@ inline constexpr const char* sky_words =
 
 /// A circle is given instead of a lens, and one focus.
 inline constexpr Relation lens_excluding[] = {
-    {"circle", {"focus", "focus_at", "focus_along", "f_stop", "focal_length_mm", "sensor_mm"}},
-    {"focus", {"focus_at", "focus_along"}},
-    {"focus_at", {"focus_along"}}};
+    {"circle", {"focus", "focus_at", "focus_along", "f_stop", "focal_length_mm", "sensor_mm", "mm_per_unit"}},
+    {"focus_at", {"focus"}},
+    {"focus_along", {"focus", "focus_at"}}};
 
 /// A circle of confusion, which a lens may stand for.
 template <typename Visitor, typename Circle>

@@ -11,7 +11,7 @@ template <typename Visitor, Is<LinearizeOptions> Options>
 void describe(const Visitor& v, Options& o) {
     v("background", o.background, {"inf", "decode", "nan"},
       "what becomes of background pixels: infinity, the far plane's distance (decode), or NaN");
-    v("as_", o.as, {"view-z", "ray-distance"},
+    v("as", o.as, {"view-z", "ray-distance"},
       "what the distance is: along the view axis, or from the camera centre along each pixel's ray");
 }
 

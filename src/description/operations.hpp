@@ -1,5 +1,6 @@
 #pragma once
 
+#include "description/check.hpp"
 #include "description/dof.hpp"
 #include "description/dof_masks.hpp"
 #include "description/fog.hpp"
@@ -26,10 +27,10 @@ namespace fathom::description {
 /// The operations, in the order of `fathom --help`.
 using Calls = std::tuple<LinearizeCall, UnprojectCall, NormalsCall, SsaoCall, DofMasksCall, DofCall, FogCall>;
 
-/// An option that was given, and which of its choices.
+/// An option that was given, and its value if it is no image. The default says nothing, as if it were not given.
 struct Given {
     const Option* option;
-    std::optional<std::size_t> choice = {};
+    std::optional<Value> value = {};
 };
 
 /// An operation for whoever calls it without knowing it.
@@ -54,10 +55,10 @@ inline void relate(Operation& operation) {
             all.push_back(&one);
             for (const Option& other : *listed)
                 if (&one != &other && one.offset == other.offset) {
-                    if (one.alternative != other.alternative)
-                        one.excludes.push_back(other.name);
-                    else if (one.is_image() && other.is_image())
+                    if (one.alternative == other.alternative && one.is_image() && other.is_image())
                         one.needs.push_back(other.name);
+                    else if (one.alternative != other.alternative && one.name != std::string_view(other.name))
+                        one.excludes.push_back(other.name);
                 }
         }
     const auto add = [&](const auto& relations, std::vector<std::string_view> Option::*list, bool mutual) {
@@ -79,21 +80,22 @@ inline void relate(Operation& operation) {
 }
 
 /// What is wrong with options that are given together; empty if nothing is. `spelled` gives their names in messages.
-inline std::string wrong_together(const Operation& operation, const std::vector<Given>& given,
+inline std::string wrong_together(const Operation& operation, std::vector<Given> given,
                                   const std::function<std::string(const Option&)>& spelled) {
+    std::erase_if(given, [](const Given& each) { return each.value && each.option->is_default(*each.value); });
     for (const Given& one : given)
         for (const Given& other : given)
             if (one.option != other.option && std::ranges::count(one.option->excludes, other.option->name) > 0)
-                return text(spelled(*other.option), " and ", spelled(*one.option),
-                            " exclude each other: give one of the two");
-    for (const auto& [option, choice] : given) {
+                return excluding(spelled(*other.option), spelled(*one.option));
+    for (const auto& [option, value_given] : given) {
         std::vector<std::string> needs;
         bool has_one = option->needs.empty();
         for (const std::string_view need : option->needs) {
             const std::string_view name = need.substr(0, need.find('=')), value = need.substr(name.size());
             has_one = has_one || std::ranges::any_of(given, [&](const Given& each) {
                           return each.option->name == name &&
-                                 (value.empty() || each.option->choices[*each.choice] == value.substr(1));
+                                 (value.empty() ||
+                                  each.option->choices[std::get<std::size_t>(*each.value)] == value.substr(1));
                       });
             needs.push_back(text(spelled(*std::ranges::find(operation.options, name, &Option::name)), value));
         }

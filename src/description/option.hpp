@@ -65,11 +65,23 @@ struct Option {
                    circle_numbers.holds(static_cast<double>(circle->g));
         if (const auto* ray = std::get_if<LensArguments::AlongRay>(&value))
             return ray_distance.holds(ray->distance);
+        if (const auto* region = std::get_if<Region>(&value))
+            return holds_pixels(*region);
         if (const auto* number = std::get_if<double>(&value))
             return range.holds(*number);
         const auto* numbers = std::get_if<std::array<double, 3>>(&value);
         return !numbers || (std::ranges::all_of(*numbers, [](double n) { return std::isfinite(n); }) &&
                             (kind != Kind::direction || *numbers != std::array<double, 3>{}));
+    }
+
+    bool is_default(const Value& value) const {
+        const auto is_same = [&](const auto& own) {
+            if constexpr (requires { own == own; })
+                return own == std::get<std::remove_cvref_t<decltype(own)>>(value);
+            else
+                return false;
+        };
+        return by_default && by_default->index() == value.index() && std::visit(is_same, *by_default);
     }
 
     /// "512", "by quality", "none".

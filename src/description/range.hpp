@@ -141,6 +141,11 @@ inline constexpr Range circle_numbers = from(0);
 /// Of a distance along a pixel's ray.
 inline constexpr Range ray_distance = above(0).or_infinite();
 
+/// Of a region, which the image has to hold, too.
+constexpr bool holds_pixels(const auto& region) {
+    return region.width >= 1 && region.height >= 1;
+}
+
 /// What will do for an option that is no number and no choice.
 inline std::string in_words(Kind kind) {
     static constexpr const char* words[] = {"",
@@ -157,7 +162,7 @@ inline std::string in_words(Kind kind) {
                                             "an image of 3 or 4 floats a pixel",
                                             "an image of one float a pixel",
                                             "stored depth of the same camera",
-                                            "four whole numbers: x, y, width and height"};
+                                            "four whole numbers: x, y, and a width and a height from 1"};
     return words[static_cast<std::size_t>(kind)] + (kind == Kind::ray    ? ray_distance.limits()
                                                     : kind == Kind::lens ? circle_numbers.limits() + ", k and g"
                                                                          : "");

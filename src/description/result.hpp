@@ -13,7 +13,7 @@ namespace fathom::description {
 /// An option, and others: one of which it needs, or none of which may be given beside it. "space=world" is an option of this value.
 struct Relation {
     const char* option;
-    std::array<const char*, 6> others;
+    std::array<const char*, 7> others;
 };
 
 /// What is said of an operation beside its options and its results.

@@ -49,7 +49,8 @@ void describe(const Visitor& v, Options& o) {
     v("normals", o.normals, Kind::directions, "normals of unit length, which nobody checks", "from the depth");
     v("normals_space", o.normals_space, {"view", "world"},
       "axes of the normals that are given: the camera's or the world's, which need the camera's view matrix");
-    v("region", o.region, Kind::region, "the part that is computed, pixels. Samples still come from the whole image");
+    v("region", o.region, Kind::region,
+      "the part that is computed, pixels: results have its size. Samples still come from the whole image");
     v("bent_normal", o.bent_normal, a_result);
     v("confidence", o.confidence, a_result);
 }

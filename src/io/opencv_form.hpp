@@ -7,7 +7,9 @@
 
 #include <fathom/opencv.hpp>
 
+#include <map>
 #include <optional>
+#include <string_view>
 #include <tuple>
 #include <vector>
 
@@ -34,7 +36,7 @@ template <typename Call>
 struct FormArguments {
     Call call;
     Matrices matrices;
-    std::vector<const cv::_OutputArray*> results = {};
+    std::map<std::string_view, const cv::_OutputArray*> results = {};
     std::vector<const cv::_InputArray*> pictures = {};
     std::optional<Storage> storage = {};
     Launch launch = {};
@@ -45,11 +47,21 @@ struct FormArguments {
     void take(const decltype(Call::options)& options) { call.options = options; }
     void take(const std::optional<Storage>& given) { storage = given; }
     void take(const Launch& given) { launch = given; }
-    void take(const cv::_OutputArray& result) { results = {&result}; }
-    void take(const OcclusionArrays& r) { results = {&r.visibility, &r.bent_normal, &r.confidence}; }
+    void take(const cv::_OutputArray& result) { results = {{"result", &result}}; }
+    void take(const OcclusionArrays& r) {
+        results = {{"visibility", &r.visibility}, {"bent_normal", &r.bent_normal}, {"confidence", &r.confidence}};
+    }
     void take(const DofMaskArrays& r) {
-        results = {&r.coc,        &r.near_weight,  &r.focus_weight, &r.far_weight,   &r.max_near_coc,
-                   &r.near_alpha, &r.disocclusion, &r.mixed_pixels, &r.tile_min_coc, &r.tile_max_coc};
+        results = {{"coc", &r.coc},
+                   {"near_weight", &r.near_weight},
+                   {"focus_weight", &r.focus_weight},
+                   {"far_weight", &r.far_weight},
+                   {"max_near_coc", &r.max_near_coc},
+                   {"near_alpha", &r.near_alpha},
+                   {"disocclusion", &r.disocclusion},
+                   {"mixed_pixels", &r.mixed_pixels},
+                   {"tile_min_coc", &r.tile_min_coc},
+                   {"tile_max_coc", &r.tile_max_coc}};
     }
 
     // Where a result goes: into its matrix, or somewhere if the first of several has none.
@@ -77,17 +89,16 @@ void form(const Device& device, cv::InputArray stored, const Camera& camera, con
         call.color = arguments.matrices.read(*arguments.pictures.front());
 
     const std::vector<description::Result> results = description::results_of(call, input);
-    const cv::_OutputArray none;
-    const auto array = [&](std::size_t i) { return i < arguments.results.size() ? arguments.results[i] : &none; };
     for (std::size_t i = 1; i < results.size(); ++i) {
         const auto& [name, image, wanted, shape, content, words] = results[i];
-        require(!wanted || array(i)->needed(), name, " is asked for and has no matrix to be written into");
-        require(wanted || !array(i)->needed(), name,
+        require(!wanted || arguments.results.at(name)->needed(), name,
+                " is asked for and has no matrix to be written into");
+        require(wanted || !arguments.results.at(name)->needed(), name,
                 " has a matrix to be written into, but the options do not ask for it");
     }
     for (std::size_t i = 0; i < results.size(); ++i)
         if (results[i].wanted)
-            arguments.place(results[i], *array(i), i == 0 && results.size() > 1);
+            arguments.place(results[i], *arguments.results.at(results[i].name), i == 0 && results.size() > 1);
     arguments.matrices.run([&] {
         if constexpr (requires { call.color; })
             if (call.color.width() != input.image.width() || call.color.height() != input.image.height())

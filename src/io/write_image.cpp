@@ -68,7 +68,7 @@ io::Bytes encoded(const std::filesystem::path& file, const cv::Mat& image, const
         check_channels(file, image, {1, 3, 4});
         if (!options.png_scale)
             refuse(file, "a .png holds 0 to 1 in 16 bits, these values have no such range; "
-                         "give a scale (--png-scale) or write .exr, .tif or .pfm");
+                         "give a scale (--png-scale) or write .exr, .tif, .pfm or .npy");
         if (!std::isfinite(*options.png_scale) || !std::isfinite(options.png_offset))
             refuse(file, "the scale of a .png is " + std::to_string(*options.png_scale) + ", its offset " +
                              std::to_string(options.png_offset) + "; both must be finite");

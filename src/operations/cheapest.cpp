@@ -130,7 +130,6 @@ DofOptions chosen(const Tile& tile, DofOptions options) {
 }
 
 NormalsOptions chosen(const Tile& tile, NormalsOptions options) {
-    require(options.noise == 0, "max_error was measured without noise: give one of the two");
     const double most = std::get<MaxError>(options.method).value;
     options.method =
         named<NormalMethod>(cheapest_method(Operation::normals, tile, most).method,

@@ -2,7 +2,9 @@
 
 #include <fathom/lens_arguments.hpp>
 
-#include "description/range.hpp"
+#include "camera/circle_form.hpp"
+#include "description/check.hpp"
+#include "description/lens.hpp"
 #include "require.hpp"
 
 #include <fathom/linearize.hpp>
@@ -18,19 +20,27 @@ std::string seven_digits(double value) {
     return text(std::setprecision(7), value);
 }
 
+// Refuses what says the lens in two ways.
+void check_exclusions(const LensArguments& lens, const std::function<std::string(const std::string&)>& spelled) {
+    description::check_exclusions(
+        description::lens_excluding, lens, LensArguments{},
+        [&](const auto& visitor) {
+            description::describe(visitor, lens);
+            description::describe_circle(visitor, lens.circle);
+        },
+        spelled);
+}
+
 } // namespace
 
 LensArguments completed(LensArguments lens, const LensDefaults& defaults, const Projection& projection,
                         const LensWords& words) {
     const auto option = [&](const char* name) { return words.option(name); };
     const bool elsewhere = lens.focus_at || lens.focus_along;
-    if (lens.circle) {
-        require(!(elsewhere || lens.focus || lens.f_stop || lens.focal_length_mm || lens.sensor_mm), option("circle"),
-                " is given instead of a lens; leave one of the two out");
+    const bool is_empty = !elsewhere && !lens.focus && !lens.f_stop && !lens.focal_length_mm && !lens.sensor_mm;
+    check_exclusions(lens, words.option);
+    if (lens.circle)
         return lens;
-    }
-    require(lens.focus.has_value() + lens.focus_at.has_value() + lens.focus_along.has_value() <= 1, option("focus"),
-            ", ", option("focus_at"), " and ", option("focus_along"), " are three ways to say one depth; give one");
     const auto use_default = [&](std::optional<double>& value, const std::optional<double>& from_camera,
                                  const char* key, bool infinity_will_do) {
         if (value || !from_camera)
@@ -45,7 +55,8 @@ LensArguments completed(LensArguments lens, const LensDefaults& defaults, const 
     use_default(lens.focal_length_mm, defaults.focal_length_mm, "lens_mm", false);
     use_default(lens.sensor_mm, defaults.sensor_mm, "sensor_mm", false);
     const auto need = [&](bool given, const char* name, const char* key, const std::string& what) {
-        require(given, option(name), ": missing, and ", words.camera, " has no \"", key, "\"; give ", what);
+        require(given, option(name), ": missing, and ", words.camera, " has no \"", key, "\"; give ", what,
+                is_empty ? ", or " + option("circle") + " instead of a lens" : "");
     };
     const bool perspective = projection.is_perspective();
     need(lens.f_stop.has_value(), "f_stop", "f_stop", "the f-number");
@@ -78,10 +89,14 @@ double focus_of(const LensArguments& lens, const StoredDepth& stored) {
 }
 
 CircleOfConfusion circle_for(const LensArguments& lens, const StoredDepth& stored) {
+    check_exclusions(lens, LensWords{}.option);
     if (lens.circle) {
-        const bool perspective = depth_form(stored.camera, stored.storage).perspective;
-        return {(*lens.circle)[0], (*lens.circle)[1], perspective ? camera_rays(stored.camera).centre_depth : 0,
-                !perspective};
+        const DepthForm form = depth_form(stored.camera, stored.storage);
+        const CircleOfConfusion circle{(*lens.circle)[0], (*lens.circle)[1],
+                                       form.perspective ? camera_rays(stored.camera).centre_depth : 0,
+                                       !form.perspective};
+        check_circle(circle, form);
+        return circle;
     }
     require(lens.f_stop.has_value(), "the lens has no f_stop");
     return circle_of_confusion({.f_stop = *lens.f_stop,

@@ -26,7 +26,7 @@ using Vector = Eigen::Matrix<long double, 3, 1>;
 
 void check(const StoredDepth& stored, const NormalsOptions& options) {
     check_stored(stored);
-    describe(description::Check{}, options);
+    description::check_options<description::NormalsCall>(options);
     require(options.space == Space::view || stored.camera.view,
             "normals in the world need the camera's view matrix, and it has none");
 }
@@ -147,7 +147,7 @@ Image normals(const StoredDepth& stored, const NormalsOptions& options, const La
 }
 
 Reach reach(const Tile& tile, const NormalsOptions& options) {
-    describe(description::Check{}, options);
+    description::check_options<description::NormalsCall>(options);
     if (std::holds_alternative<MaxError>(options.method))
         return reach(tile, chosen(tile, options));
     const int pixels = chosen_method(options, tile) == NormalMethod::least_squares

@@ -123,9 +123,10 @@ ImportedCamera CameraOption::read(std::vector<Input> depths, bool first_counts) 
         if (unanswered && (depths.empty() || first_counts))
             std::rethrow_exception(unanswered);
         if (depths.empty())
-            throw UsageError(std::string("--camera: missing; give a camera file, --preset with the source of the depth "
-                                         "(fathom presets lists them)") +
-                             (or_relative ? ", or --relative for depth without a unit" : ""));
+            throw UsageError(
+                std::string("--camera: missing; give a camera file or --preset with the source of the depth "
+                            "(fathom presets lists them)") +
+                (or_relative ? ", or --relative for depth without a unit" : ""));
     }
     if (depths.empty())
         depths.emplace_back();

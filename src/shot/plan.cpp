@@ -114,7 +114,7 @@ fs::path place(const DepthOptions& options, const Output& output, const Input& i
         throw UsageError(
             fmt::format("{}: {} is for .exr; leave it out", file.native(), options.half ? "--half" : "--compression"));
     if (extension_of(file) == ".png" && !options.png_scale && !output.product.png_scale)
-        throw UsageError(file.native() + ": PNG holds 0 to 1 only; give --png-scale or write .exr, .tif or .pfm");
+        throw UsageError(file.native() + ": PNG holds 0 to 1 only; give --png-scale or write .exr, .tif, .pfm or .npy");
     return file;
 }
 

@@ -19,17 +19,20 @@ namespace fathom::cli {
 // Results with a record, and those that are appended, are made of all their bytes.
 bool Steps::goes_by_strips(const Job& job, const io::DepthRows& rows) const {
     const bool overscan = has_overscan(rows.about().windows);
-    const bool takes_rows = std::ranges::all_of(job.outputs, [&](const std::filesystem::path& output) {
+    const auto held = std::ranges::find_if_not(job.outputs, [&](const std::filesystem::path& output) {
         return io::takes_rows(output) && (!overscan || extension_of(output) == ".exr");
     });
+    const bool takes_rows = held == job.outputs.end();
     const auto [width, height] = rows.size();
     const bool too_many =
         static_cast<std::size_t>(width) * static_cast<std::size_t>(height) > strip_limits.whole_pixels * strip_scale();
     const std::size_t bytes = row_bytes(width, false) * static_cast<std::size_t>(height);
     const bool too_large = options_.memory > 0 && bytes > options_.memory;
     const std::string whole = options_.append ? "--append" : records_ ? "--resume" : more_.whole;
-    if (takes_rows && !whole.empty())
+    if (!whole.empty())
         check_fits(job, whole, "leave it out", bytes);
+    else if (!takes_rows)
+        check_fits(job, "the file " + held->native(), overscan ? "write .exr" : "write .exr or .tif", bytes);
     return more_.reach && takes_rows && whole.empty() && (too_many || too_large);
 }
 

@@ -37,7 +37,7 @@ struct DofArguments : DepthOptions {
     std::optional<Packing> packing; // of the depths, as the camera file says
 };
 
-// "circle", a polygon's corners, or "ellipse:" and its height over its width; nothing otherwise.
+// "circle" or 0, a polygon's corners, or "ellipse:" and its height over its width; nothing otherwise.
 std::optional<Aperture> shape_of(const std::string& text, const std::vector<description::Option>& described) {
     const auto set = [&](const char* name, const std::string& value, DofOptions& dof) {
         const auto option = std::ranges::find(described, std::string(name), &description::Option::name);
@@ -50,8 +50,8 @@ std::optional<Aperture> shape_of(const std::string& text, const std::vector<desc
     DofOptions dof;
     if (text == "circle")
         return dof.aperture;
-    const bool good = text.starts_with(ellipse) ? set("ratio", text.substr(ellipse.size()), dof)
-                                                : set("blades", text, dof) && dof.aperture.blades > 0;
+    const bool good =
+        text.starts_with(ellipse) ? set("ratio", text.substr(ellipse.size()), dof) : set("blades", text, dof);
     return good ? std::optional(dof.aperture) : std::nullopt;
 }
 

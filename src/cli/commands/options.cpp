@@ -15,7 +15,10 @@ namespace {
 
 void print_operations(bool in_json) {
     nlohmann::ordered_json json = nlohmann::ordered_json::array();
-    const auto program = [](const description::Option& option) { return spelled(option); };
+    const auto program = [](const description::Option& option) {
+        const std::string value = value_spelled(option);
+        return spelled(option) + (value.empty() ? "" : " " + value);
+    };
     for (const description::Operation& operation : description::operations()) {
         json.push_back(as_json(operation, program));
         if (in_json)
@@ -23,7 +26,7 @@ void print_operations(bool in_json) {
         fmt::print("{}: {}\n", operation.name, operation.summary);
         for (const std::vector<description::Option>* listed : {&operation.lens, &operation.options})
             for (const description::Option& option : *listed)
-                fmt::print("    {:<18} {:<20} {}; {}; {}\n", option.name, spelled(option), option.words,
+                fmt::print("    {:<18} {:<20} {}; {}; {}\n", option.name, program(option), option.words,
                            option.accepted(), option.required ? "required" : "default: " + option.default_in_words());
     }
     if (in_json)

@@ -32,19 +32,6 @@ struct SsaoArguments : DepthOptions, description::SsaoCall {
 
 const description::Operation& described_ssao = description::operation<description::SsaoCall>();
 
-// Four whole numbers "X,Y,W,H"; what is wrong with them otherwise.
-std::string parse_region(const std::string& text, Region& region) {
-    const std::vector<std::string> parts = CLI::detail::split(text, ',');
-    int numbers[4];
-    bool good = parts.size() == 4;
-    for (std::size_t i = 0; good && i < 4; ++i)
-        good = CLI::detail::lexical_cast(parts[i], numbers[i]) && (i < 2 || numbers[i] >= 1);
-    if (!good)
-        return "'" + text + "' is no region; it is four whole numbers X,Y,W,H, in pixels";
-    region = {numbers[0], numbers[1], numbers[2], numbers[3]};
-    return "";
-}
-
 void add_occlusion_options(CLI::App& app, SsaoArguments& options) {
     description::SsaoCall& described = options;
     add_described_options(app, described, described_ssao.group);
@@ -182,17 +169,6 @@ std::function<int()> configure_ssao(CLI::App& app) {
                                                channel_of_backs)))
         ->type_name("FILE")
         ->group("Input");
-    app.add_option_function<std::string>(
-           "--region", [options](const std::string& text) { parse_region(text, options->options.region.emplace()); },
-           described_words(described_ssao.options, "--region", ". Results have its size (EXR: its data window)"))
-        ->type_name("X,Y,W,H")
-        ->check(CLI::Validator(
-            [](std::string& text) {
-                Region ignored;
-                return parse_region(text, ignored);
-            },
-            ""))
-        ->group("Output");
     add_result_options(app, described_ssao, options->more);
 
     return [=] {

@@ -43,10 +43,15 @@ std::optional<Value> read(const Option& option, const std::string& text) {
         if (const auto n = numbers(2); !n.empty())
             return CircleOfConfusion{n[0], n[1]};
     }
+    const auto is_index = [](double x) { return x == std::floor(x) && std::abs(x) < 1e9; }; // negative in overscan
+    if (option.kind == Kind::region) {
+        if (const auto n = numbers(4); !n.empty() && std::ranges::all_of(n, is_index))
+            return Region{static_cast<int>(n[0]), static_cast<int>(n[1]), static_cast<int>(n[2]),
+                          static_cast<int>(n[3])};
+    }
     if (option.kind == Kind::pixel || option.kind == Kind::ray) {
         const bool has_distance = option.kind == Kind::ray;
         const auto n = numbers(has_distance ? 3 : 2);
-        const auto is_index = [](double x) { return x == std::floor(x) && std::abs(x) < 1e9; }; // negative in overscan
         if (n.empty() || !is_index(n[0]) || !is_index(n[1]))
             return std::nullopt;
         const LensArguments::Pixel pixel{static_cast<int>(n[0]), static_cast<int>(n[1])};
@@ -63,9 +68,9 @@ const Option* option_for(const Options& options, const std::string& text) {
 }
 
 std::string type_name(const Option& option) {
-    static const std::map<Kind, const char*> types{{Kind::point, "X,Y,Z"},     {Kind::color, "R,G,B"},
-                                                   {Kind::direction, "X,Y,Z"}, {Kind::pixel, "X,Y"},
-                                                   {Kind::ray, "X,Y,D"},       {Kind::lens, "K,G"}};
+    static const std::map<Kind, const char*> types{
+        {Kind::point, "X,Y,Z"}, {Kind::color, "R,G,B"}, {Kind::direction, "X,Y,Z"}, {Kind::pixel, "X,Y"},
+        {Kind::ray, "X,Y,D"},   {Kind::lens, "K,G"},    {Kind::region, "X,Y,W,H"}};
     if (option.kind == Kind::choice)
         return fmt::format("{}", fmt::join(option.choices, "|"));
     if (const auto type = types.find(option.kind); type != types.end())
@@ -83,7 +88,7 @@ std::string refusal(const Options& options, const std::string& text) {
         return fmt::format("'{}' is unknown; it is {}", text, option.accepted());
     double number = 0;
     const bool is_number = option.kind == Kind::number && CLI::detail::lexical_cast(text, number);
-    const bool has_parts = option.kind >= Kind::point && option.kind <= Kind::lens;
+    const bool has_parts = (option.kind >= Kind::point && option.kind <= Kind::lens) || option.kind == Kind::region;
     return fmt::format("'{}' will not do; it is {}{}", text, has_parts ? type_name(option) + ": " : "",
                        is_number ? option.range.instead_of(number) : option.accepted());
 }
@@ -130,7 +135,7 @@ std::optional<Value> parse(const Option& option, const std::string& text) {
 std::string spelled(std::string_view named) {
     static const std::map<std::string_view, std::string> others{
         {"alpha", ""},       {"channels", ""},     {"blades", "--aperture"}, {"ratio", "--aperture"},
-        {"near_weight", ""}, {"focus_weight", ""}, {"far_weight", ""},       {"as_", "--as"}};
+        {"near_weight", ""}, {"focus_weight", ""}, {"far_weight", ""}};
     if (const auto other = others.find(named); other != others.end())
         return other->second;
     std::string name = "--" + std::string(named);
@@ -144,11 +149,16 @@ std::string spelled(const Option& option) {
     return spelled(option.name) + (option.kind == Kind::lengths ? "-map" : "");
 }
 
+std::string value_spelled(const Option& option) {
+    const std::string_view name = option.name;
+    return name == "blades" ? "circle|N" : name == "ratio" ? "ellipse:R" : "";
+}
+
 void add_described_options(CLI::App& app, const std::vector<Option>& options, const SetOption& set,
                            const std::string& group, std::initializer_list<std::string_view> otherwise) {
     std::vector<Options> named;
     for (const Option& option : options) {
-        if (option.kind >= Kind::result || spelled(option.name).empty() ||
+        if ((option.kind >= Kind::result && option.kind != Kind::region) || spelled(option.name).empty() ||
             std::ranges::find(otherwise, std::string_view(option.name)) != otherwise.end())
             continue;
         if (named.empty() || std::string_view(named.back().front().name) != option.name)
@@ -173,10 +183,8 @@ void check_together(const CLI::App& app, const description::Operation& operation
             const bool in_file = option.kind == Kind::depth && !option.needs.empty(); // of the image that it belongs to
             if (!is_given(name) && !(in_file && is_given(spelled(option.needs.front()))))
                 continue;
-            given.push_back({&option});
-            if (option.kind == Kind::choice)
-                if (const auto value = parse(option, app.get_option(name)->as<std::string>()))
-                    given.back().choice = std::get<std::size_t>(*value);
+            const CLI::Option* own = app.get_option(name);
+            given.push_back({&option, own->count() > 0 ? parse(option, own->as<std::string>()) : std::nullopt});
         }
     const std::string wrong = wrong_together(operation, given, [](const Option& option) { return spelled(option); });
     if (!wrong.empty())

@@ -20,6 +20,9 @@ namespace fathom::cli {
 std::string spelled(std::string_view name);
 std::string spelled(const description::Option& option);
 
+/// What the value of an option looks like where it shares the program's option with another: "ellipse:R".
+std::string value_spelled(const description::Option& option);
+
 /// What a text gives an option; nothing if the description does not accept it.
 std::optional<description::Value> parse(const description::Option& option, const std::string& text);
 

@@ -48,9 +48,7 @@ void check(const StoredDepth& stored, const Image& color, const DofOptions& opti
     check_picture(stored, {"color", color}, upsample_to_picture);
     if (options.clean_plate)
         check_clean_plate(*options.clean_plate, stored, color);
-    describe(description::Check{}, options);
-    require(options.aperture.ratio == 1 || options.aperture.blades == 0, "ratio = ", options.aperture.ratio,
-            ": a polygon has none, blades must be 0");
+    description::check_options<description::DofCall>(options);
     constexpr int widest = ENTRY_COLUMN_MASK * params::dof_tile_columns;
     require<ImageTooLarge>(stored.image.width() <= widest, "an image of ",
                            ImageSize{stored.image.width(), stored.image.height()}, " pixels: at most ", widest,
@@ -498,22 +496,22 @@ void blur(const StoredDepth& stored, const Image& color, const Image& result, co
                  options.clean_plate ? std::max(seen, widest(options.clean_plate->depth)) : seen, allowed);
 }
 
-void dof(const StoredDepth& stored, const Image& color, const Image& result, const CircleOfConfusion& coc,
+void dof(const StoredDepth& stored, const Image& color, const Image& result, const CircleOfConfusion& circle,
          const DofOptions& options, const Launch& launch) {
     check(stored, color, options);
     if (std::holds_alternative<MaxError>(options.quality))
-        return dof(stored, color, result, coc, chosen(stored, options), launch);
+        return dof(stored, color, result, circle, chosen(stored, options), launch);
     check_dof_result(stored, color, result, options);
     const runtime::Launched launched(stored.image.device(), launch);
-    blur(stored, color, result, coc, options, dof_bytes(stored.image.device().options().memory_budget));
+    blur(stored, color, result, circle, options, dof_bytes(stored.image.device().options().memory_budget));
     launched.done();
 }
 
-Image dof(const StoredDepth& stored, const Image& color, const CircleOfConfusion& coc, const DofOptions& options,
+Image dof(const StoredDepth& stored, const Image& color, const CircleOfConfusion& circle, const DofOptions& options,
           const Launch& launch) {
     check(stored, color, options);
     const Image result(stored.image.device(), color.element(), {color.width(), color.height(), color.channels()});
-    dof(stored, color, result, coc, options, launch);
+    dof(stored, color, result, circle, options, launch);
     return result;
 }
 

@@ -127,25 +127,25 @@ float widest_coc(const StoredDepth& stored, const CircleOfConfusion& circle, con
     return std::ranges::max(largest);
 }
 
-void dof_masks(const StoredDepth& stored, const DofMasks& results, const CircleOfConfusion& coc,
+void dof_masks(const StoredDepth& stored, const DofMasks& results, const CircleOfConfusion& circle,
                const DofMasksOptions& options, const Launch& launch) {
-    const DepthForm form = checked_form(stored, coc, options);
+    const DepthForm form = checked_form(stored, circle, options);
     check_results(stored, results, options);
     const runtime::Launched launched(stored.image.device(), launch);
     const std::vector<Band> weighed = bands_of_weights(stored, options);
     if (options.mixed_pixels) // before the others: where it refuses the budget, no result has been written
         mixed_pixels(stored, results.mixed_pixels);
-    circles_and_asked_weights(stored, coc, options, form, results);
+    circles_and_asked_weights(stored, circle, options, form, results);
     near_field(stored, options, results, weighed);
     launched.done();
 }
 
-DofMasks dof_masks(const StoredDepth& stored, const CircleOfConfusion& coc, const DofMasksOptions& options,
+DofMasks dof_masks(const StoredDepth& stored, const CircleOfConfusion& circle, const DofMasksOptions& options,
                    const Launch& launch) {
-    checked_form(stored, coc, options);
+    checked_form(stored, circle, options);
     description::DofMasksCall call{.options = options};
     make_results(stored, description::results_of(call, stored));
-    dof_masks(stored, call.results, coc, options, launch);
+    dof_masks(stored, call.results, circle, options, launch);
     return call.results;
 }
 

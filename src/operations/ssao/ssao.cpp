@@ -77,8 +77,8 @@ void check(const StoredDepth& stored, double radius, const SsaoOptions& options)
     check_thickness(stored, options);
     if (options.normals) {
         check_size(options.normals, stored, "normals");
-        require(options.normals.channels() == 3 || options.normals.channels() == 4, "the normals have ",
-                options.normals.channels(), " channels; they must have 3 or 4");
+        require(options.normals.channels() == 3 || options.normals.channels() == 4,
+                "normals: channels = ", options.normals.channels(), " must be 3 or 4");
         require(options.normals_space == Space::view || stored.camera.view,
                 "normals in the world need the camera's view matrix, and it has none");
     }
