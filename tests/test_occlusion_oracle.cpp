@@ -108,7 +108,7 @@ double by_columns(const scene::Caster& caster, const scene::Surface& surface, do
     const Eigen::Matrix4d to_world = scene::to_world(camera);
     const Vector3d across = surface.normal.unitOrthogonal(), along = surface.normal.cross(across);
     const auto solid = [&](const Vector3d& place) {
-        const Vector2d pixel = pixel_of(camera, (to_world * place.homogeneous()).head<3>());
+        const Vector2d pixel = oracle::pixel_of(camera, (to_world * place.homogeneous()).head<3>());
         if ((pixel.array() < 0).any() || pixel.x() > camera.width || pixel.y() > camera.height)
             return false;
         const auto seen = caster.at(pixel.x(), pixel.y());
@@ -161,7 +161,7 @@ TEST_CASE("occlusion oracle: five cameras see the same place", "[ssao][oracle]")
     for (const auto& [name, known] : height_fields())
         for (const auto& [camera_name, camera] : views({.target = known.position, .from = known.from})) {
             INFO(name << ", " << camera_name);
-            const Vector2d pixel = pixel_of(camera, known.position);
+            const Vector2d pixel = oracle::pixel_of(camera, known.position);
             const auto seen = scene::cast(known.scene, camera, pixel.x(), pixel.y());
             REQUIRE(seen);
             CHECK((in_world(camera, seen->position) - known.position).norm() < 1e-9);
@@ -206,7 +206,7 @@ TEST_CASE("occlusion oracle: slices of a height field agree with rays under five
             const scene::Caster caster(known.scene, camera);
             const auto image = scene::render(known.scene, camera);
             const DepthLayer layer(camera, image.z);
-            const Vector2d middle = pixel_of(camera, known.position);
+            const Vector2d middle = oracle::pixel_of(camera, known.position);
             for (const auto& [dx, dy] : {std::pair{0, 0}, {9, 5}, {-20, 3}, {14, -11}}) {
                 const int x = static_cast<int>(middle.x()) + dx, y = static_cast<int>(middle.y()) + dy;
                 const auto surface = caster.at(x + 0.5, y + 0.5);
@@ -233,7 +233,7 @@ TEST_CASE("occlusion oracle: slices agree with closed forms that an image holds 
                                       {"horizon", uniform_horizon(20 * degree)}})
         for (const auto& [camera_name, camera] : views({.target = known.position, .from = known.from})) {
             // The nearest pixel is not the point itself, so look at it through the camera moved onto a pixel's centre.
-            const Vector2d off = pixel_of(camera, known.position);
+            const Vector2d off = oracle::pixel_of(camera, known.position);
             Camera exact = camera;
             Eigen::Matrix<long double, 4, 4> shift = Eigen::Matrix<long double, 4, 4>::Identity();
             const bool flipped = (camera.projection.convention.clip_y == ClipY::up) == (camera.rows == Rows::top_down);
@@ -261,7 +261,7 @@ TEST_CASE("occlusion oracle: a column that is as thick as the thing it stands fo
     const DepthLayer layer(camera, image.z);
     Worst of_scene, of_image;
     for (const Vector3d& point : {Vector3d(0, 0, 0), {-0.3, 0.4, 0}, {0.6, -0.5, 0}, {1.1, 0.2, 0}, {0.4, 0.1, 0.75}}) {
-        const Vector2d pixel = pixel_of(camera, point);
+        const Vector2d pixel = oracle::pixel_of(camera, point);
         const int x = static_cast<int>(pixel.x()), y = static_cast<int>(pixel.y());
         const auto surface = caster.at(x + 0.5, y + 0.5);
         REQUIRE(surface);
