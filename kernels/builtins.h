@@ -85,7 +85,7 @@ CONVERT_TO(int)
 CONVERT_TO(uint)
 CONVERT_TO(uchar)
 CONVERT_TO(ushort)
-#ifdef cl_khr_fp64
+#if FP64
 #pragma OPENCL EXTENSION cl_khr_fp64 : enable
 FLOATS(double, long)
 EACH_WIDTH(CONVERT, double, double)

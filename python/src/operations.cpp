@@ -167,6 +167,9 @@ nb::object call_of(const Bound& bound, const nb::args& arguments, const nb::kwar
     for (const Keyword& each : bound.keywords)
         if (each.option.required && std::ranges::count(given, &each.option, &Given::value_type::first) == 0)
             keywords.refuse();
+    std::erase_if(together, [](const description::Given& each) { // the default, which a panel hands on, says nothing
+        return each.value && each.option->is_default(*each.value);
+    });
     if (const std::string wrong = wrong_together(operation, together, own_name); !wrong.empty())
         throw std::invalid_argument(wrong);
     set_radius(bound, options.get(), given, camera);

@@ -213,13 +213,14 @@ bool waits_for_size(const JsonObject& json, Size size) {
 Projection read_projection(const JsonObject& json, Camera& camera, Size size) {
     const std::string kind = kind_of_projection(json);
     const auto convention = read_convention(json);
+    const auto pinhole = [&](const Intrinsics& intrinsics) {
+        return perspective(intrinsics, read_span(json, camera, {1, infinity}), convention);
+    };
     const auto projection =
         kind == "projection"    ? read_matrix(json, convention)
         : kind == "perspective" ? read_perspective(json, camera, convention, size)
-        : kind == "intrinsics"
-            ? perspective(intrinsics_of(json, size), read_span(json, camera, {1, infinity}), convention)
-        : kind == "lens"
-            ? perspective(intrinsics_of_lens(json, size), read_span(json, camera, {1, infinity}), convention)
+        : kind == "intrinsics"  ? pinhole(intrinsics_of(json, size))
+        : kind == "lens"        ? pinhole(intrinsics_of_lens(json, size))
         : kind == "face" ? perspective(std::numbers::pi / 2, 1, read_span(json, camera, {1, infinity}), convention)
                          : read_orthographic(json, camera, convention);
     const auto plane = json.numbers("oblique_near_plane", 4);

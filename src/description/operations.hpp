@@ -27,7 +27,7 @@ namespace fathom::description {
 /// The operations, in the order of `fathom --help`.
 using Calls = std::tuple<LinearizeCall, UnprojectCall, NormalsCall, SsaoCall, DofMasksCall, DofCall, FogCall>;
 
-/// An option that was given, and its value if it is no image. The default says nothing, as if it were not given.
+/// An option that was given, and its value if it is no image.
 struct Given {
     const Option* option;
     std::optional<Value> value = {};
@@ -80,13 +80,16 @@ inline void relate(Operation& operation) {
 }
 
 /// What is wrong with options that are given together; empty if nothing is. `spelled` gives their names in messages.
-inline std::string wrong_together(const Operation& operation, std::vector<Given> given,
+inline std::string wrong_together(const Operation& operation, const std::vector<Given>& given,
                                   const std::function<std::string(const Option&)>& spelled) {
-    std::erase_if(given, [](const Given& each) { return each.value && each.option->is_default(*each.value); });
     for (const Given& one : given)
-        for (const Given& other : given)
-            if (one.option != other.option && std::ranges::count(one.option->excludes, other.option->name) > 0)
+        for (const Given& other : given) {
+            const bool is_alternative =
+                std::string_view(one.option->name) == other.option->name; // to a value of one name
+            if (one.option != other.option &&
+                (is_alternative || std::ranges::count(one.option->excludes, other.option->name) > 0))
                 return excluding(spelled(*other.option), spelled(*one.option));
+        }
     for (const auto& [option, value_given] : given) {
         std::vector<std::string> needs;
         bool has_one = option->needs.empty();

@@ -64,6 +64,12 @@ struct FormArguments {
                    {"tile_max_coc", &r.tile_max_coc}};
     }
 
+    // The matrix of a result, or none. A form with one matrix has that of the first.
+    const cv::_OutputArray& matrix_of(const description::Result& result, bool is_first) const {
+        const auto found = results.find(is_first && results.size() == 1 ? "result" : result.name);
+        return found == results.end() ? static_cast<const cv::_OutputArray&>(cv::noArray()) : *found->second;
+    }
+
     // Where a result goes: into its matrix, or somewhere if the first of several has none.
     void place(const description::Result& result, const cv::_OutputArray& array, bool may_be_missing) {
         const Layout& layout = result.shape.layout;
@@ -91,14 +97,13 @@ void form(const Device& device, cv::InputArray stored, const Camera& camera, con
     const std::vector<description::Result> results = description::results_of(call, input);
     for (std::size_t i = 1; i < results.size(); ++i) {
         const auto& [name, image, wanted, shape, content, words] = results[i];
-        require(!wanted || arguments.results.at(name)->needed(), name,
-                " is asked for and has no matrix to be written into");
-        require(wanted || !arguments.results.at(name)->needed(), name,
-                " has a matrix to be written into, but the options do not ask for it");
+        const bool has_matrix = arguments.matrix_of(results[i], false).needed();
+        require(!wanted || has_matrix, name, " is asked for and has no matrix to be written into");
+        require(wanted || !has_matrix, name, " has a matrix to be written into, but the options do not ask for it");
     }
     for (std::size_t i = 0; i < results.size(); ++i)
         if (results[i].wanted)
-            arguments.place(results[i], *arguments.results.at(results[i].name), i == 0 && results.size() > 1);
+            arguments.place(results[i], arguments.matrix_of(results[i], i == 0), i == 0 && results.size() > 1);
     arguments.matrices.run([&] {
         if constexpr (requires { call.color; })
             if (call.color.width() != input.image.width() || call.color.height() != input.image.height())
