@@ -85,8 +85,11 @@ std::vector<std::string> check(const nb::args& arguments, const nb::kwargs& name
     CircleOfConfusion circle;
     if (has_lens) {
         lens = completed(lens, camera.file().lens, seen.projection);
-        const DeviceImage decoded = lens.focus_at ? to_device(depth, device_of({})) : DeviceImage{}; // that pixel
-        circle = circle_for(lens, {.image = decoded.image, .camera = seen, .storage = held.stored.storage});
+        std::optional<Call> of_pixel;
+        if (lens.focus_at)
+            of_pixel.emplace(depth, camera, storage, DeviceOption{nb::none()});
+        circle = circle_for(lens, of_pixel ? of_pixel->depth()
+                                           : StoredDepth{.image = {}, .camera = seen, .storage = held.stored.storage});
     }
     const Unlocked released;
     for (const std::string& doubt : depth_doubts(seen, held.stored))

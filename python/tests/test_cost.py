@@ -37,7 +37,8 @@ def test_a_call_costs_as_much_as_in_cpp():
     for _ in range(1000):
         for call in times:
             times[call].append(call())
-    in_python, in_cpp = (numpy.median(times[call][5:], axis=0) for call in times)
+    # Other work on the machine only adds to a time.
+    in_python, in_cpp = (numpy.quantile(times[call][5:], 0.1, axis=0) for call in times)
     more = in_python - in_cpp
     for name, python_s, cpp_s, more_s in zip(("passed", "worked by the calling thread"), in_python, in_cpp, more):
         print(f"linearize 1080p, {name}: Python {1e6 * python_s:.0f} us, C++ {1e6 * cpp_s:.0f} us, {1e6 * more_s:+.0f} us")
