@@ -43,7 +43,9 @@ std::optional<Value> read(const Option& option, const std::string& text) {
         if (const auto n = numbers(2); !n.empty())
             return CircleOfConfusion{n[0], n[1]};
     }
-    const auto is_index = [](double x) { return x == std::floor(x) && std::abs(x) <= 0x7fffffff; }; // negative in overscan
+    const auto is_index = [](double x) {
+        return x == std::floor(x) && std::abs(x) <= 0x7fffffff;
+    }; // negative in overscan
     if (option.kind == Kind::region) {
         if (const auto n = numbers(4); !n.empty() && std::ranges::all_of(n, is_index))
             return Region{static_cast<int>(n[0]), static_cast<int>(n[1]), static_cast<int>(n[2]),
