@@ -17,7 +17,7 @@ set(all_only_files bands bench_cheapest cli_cost cli_exr_tools cli_memory cli_mi
 # Groups of slow cases that scripts/test leaves to --ci, or to --all: each takes more than half a minute where no kernel is
 # compiled yet.
 set(ci_only_groups cli_exr_tools_slow contract_slow normals_slow regimes_slow)
-set(all_only_groups cli_resume_slow cli_strips_slow)
+set(all_only_groups cli_memory_slow cli_resume_slow cli_strips_slow io_ranking_slow large_images_slow)
 
 # Files that measure times, which nothing may run beside.
 set(serial_files cli_cost)
