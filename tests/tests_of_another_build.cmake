@@ -13,7 +13,7 @@ add_executable(fathom_tests places.cpp)
 set_property(TARGET fathom_tests APPEND PROPERTY LINK_DEPENDS ${objects})
 find_package(fmt REQUIRED)
 list(APPEND CMAKE_MODULE_PATH ${PROJECT_SOURCE_DIR}/cmake)
-find_package(OpenCV REQUIRED COMPONENTS imgcodecs)
+find_package(OpenCV REQUIRED COMPONENTS imgcodecs imgproc)
 set(checked fathom_io fathom_camera_file fathom fathom_camera)
 list(TRANSFORM checked REPLACE "(.+)" "$<TARGET_FILE:\\1>" OUTPUT_VARIABLE archives)
 target_link_options(fathom_tests PRIVATE LINKER:--whole-archive ${archives} LINKER:--no-whole-archive)
@@ -26,4 +26,4 @@ target_link_libraries(fathom_tests PRIVATE ${objects}
   ${FATHOM_TESTS_FROM}/src/cli/libfathom_cli.a
   ${FATHOM_TESTS_FROM}/src/shot/libfathom_shot.a
   ${FATHOM_TESTS_FROM}/src/sequence/libfathom_sequence.a
-  ${checked} quadmath fmt::fmt OpenEXR::OpenEXR TIFF::TIFF PNG::PNG JPEG::JPEG ZLIB::ZLIB opencv_imgcodecs)
+  ${checked} quadmath fmt::fmt OpenEXR::OpenEXR TIFF::TIFF PNG::PNG JPEG::JPEG ZLIB::ZLIB opencv_imgcodecs opencv_imgproc)
