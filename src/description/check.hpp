@@ -65,6 +65,7 @@ void check_exclusions(const auto& relations, const auto& options, const auto& by
             else if constexpr (requires { field.has_value(); })
                 set = field.has_value();
             else if constexpr (requires { field != field; }) {
+                // What is described lies in the struct itself, so that the default lies at the same place of the other one.
                 const auto offset = reinterpret_cast<const char*>(&field) - reinterpret_cast<const char*>(&options);
                 set = field != *reinterpret_cast<const Field*>(reinterpret_cast<const char*>(&by_default) + offset);
             }
