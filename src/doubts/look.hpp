@@ -92,6 +92,11 @@ private:
     std::vector<std::uint32_t> codes_before_ = {}; ///< of the row before
 };
 
+/// Borders of something, and those of them that a filter has made.
+struct FilteredBorders {
+    std::size_t count = 0, filtered = 0;
+};
+
 /// Numbers that programs write where there is no depth, or the near plane's code.
 struct SharedNumbers {
     std::vector<float> numbers; ///< in ascending order
@@ -99,7 +104,9 @@ struct SharedNumbers {
         pairs; ///< of pixels that hold one of them; of those whose left neighbour does so, too
     std::size_t pixels = 0;
     std::size_t constant = 0; ///< pixels with another value that their left neighbour and the row before have, too
-    std::size_t borders = 0, filtered = 0; ///< of pixels without depth; those with values in between
+    std::array<FilteredBorders, 2> borders = {},
+                                   swinging_borders = {}; ///< of pixels without depth, on either side of them: for
+                                                          ///< filters that blend, and that go beyond both, too
 
     SharedNumbers() = default;
     SharedNumbers(const Camera& camera, Storage storage);

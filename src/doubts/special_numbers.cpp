@@ -31,8 +31,12 @@ constexpr double near_gap = 0.05;            // of the range of all others
 constexpr double many_filtered = 0.3;        // of the borders of what has no depth
 constexpr double many_filtered_buffer = 0.6; // the same of depth buffers, in which far surfaces are near the sky
 constexpr std::size_t least_filtered = 32;   // borders
-constexpr float raw_kinect_highest = 1100;   // of the values that its 11 bits have
-constexpr float raw_kinect_none = 2047;      // which may be shifted left by three
+constexpr std::size_t least_of_side = 12;    // borders, that speak for themselves
+// Beside a pixel without depth, one that lies between its number and the surface that follows was made by a filter. Cubic filters
+// and Lanczos's then go beyond the surface, which a sphere's rim does not, and come to rest later.
+constexpr std::size_t blend_px = 4, ring_px = 7; // behind the border, where the surface rests
+constexpr float raw_kinect_highest = 1100;       // of the values that its 11 bits have
+constexpr float raw_kinect_none = 2047;          // which may be shifted left by three
 
 constexpr bool is_round(double number) {
     return number >= 1e3 && number < 1e10 && number == std::round(number) &&
@@ -152,23 +156,48 @@ void SharedNumbers::add(const HostDepth& row) {
     });
     if (!has_border)
         return;
-    // Beside a pixel without depth two that lie between its number and the surface that follows were made by a filter.
-    const auto look_from = [&](const auto& at) {
-        for (std::size_t i = 0; i + 5 < values.size(); ++i) {
-            if (!at(i).second || at(i + 1).second || at(i + 2).second || at(i + 3).second || at(i + 4).second ||
-                at(i + 5).second)
+    const auto look_from = [&](std::size_t side, const auto& at) {
+        for (std::size_t i = 0; i < values.size(); ++i) {
+            std::size_t depths = 0;
+            while (at(i).second && depths < ring_px + 1 && i + depths + 1 < values.size() && !at(i + depths + 1).second)
+                ++depths;
+            if (depths == 0)
                 continue;
-            const float nothing = at(i).first, surface = at(i + 4).first, step = surface - nothing;
-            const auto is_near = [&](float value) { return std::abs(value - surface) <= 0.02f * std::abs(step); };
-            if (!std::isfinite(step) || step == 0 || !is_near(at(i + 3).first) || !is_near(at(i + 5).first))
-                continue;
-            const float part = (at(i + 1).first - nothing) / step;
-            ++borders;
-            filtered += part > 0.1f && part < 0.9f;
+            const float number = at(i).first;
+            // How far a pixel behind the border is on the way to the surface that rests so many pixels behind it.
+            const auto way = [&](std::size_t rest, std::size_t k) {
+                return (at(i + k).first - number) / (at(i + rest).first - number);
+            };
+            const auto is_border = [&](std::size_t rest, float least) {
+                const auto rests = [&](std::size_t k) { return std::abs(way(rest, k) - 1) <= least; };
+                return depths > rest && std::isfinite(at(i + rest).first - number) && rests(rest - 1) &&
+                       rests(rest + 1);
+            };
+            const auto is_between = [](float part) { return part > 0.1f && part < 0.9f; };
+            if (is_border(blend_px, 0.02f)) {
+                ++borders[side].count;
+                borders[side].filtered += is_between(way(blend_px, 1));
+            }
+            if (is_border(ring_px, 0.05f)) {
+                bool swings = false;
+                for (std::size_t k = 2; k + 2 < ring_px; ++k)
+                    swings |= way(ring_px, k) > 1.03f;
+                ++swinging_borders[side].count;
+                swinging_borders[side].filtered += swings && is_between(way(ring_px, 1));
+            }
+            // Between a number of far away and what a filter made of it beyond 0 there may be some pixels.
+            if (counts_distances_ && depths < blend_px && i + depths + 1 < values.size() && std::isfinite(number)) {
+                const float beyond = at(i + depths + 1).first / number;
+                if (number * form_.farther > 0 && beyond < -0.005f && beyond > -0.2f &&
+                    is_between(at(i + depths).first / number)) {
+                    ++swinging_borders[side].count;
+                    ++swinging_borders[side].filtered;
+                }
+            }
         }
     };
-    look_from([&](std::size_t i) { return values[i]; });
-    look_from([&](std::size_t i) { return values[values.size() - 1 - i]; });
+    look_from(0, [&](std::size_t i) { return values[i]; });
+    look_from(1, [&](std::size_t i) { return values[values.size() - 1 - i]; });
 }
 
 std::optional<std::string> special_number_doubt(const Subject& subject) {
@@ -253,15 +282,24 @@ std::optional<std::string> special_number_doubt(const Subject& subject) {
 }
 
 std::optional<std::string> filtered_doubt(const Subject& subject) {
-    const SharedNumbers& shared = subject.numbers;
-    const double many = subject.camera.encoding == Encoding::window ? many_filtered_buffer : many_filtered;
-    if (shared.filtered < least_filtered ||
-        !(static_cast<double>(shared.filtered) > many * static_cast<double>(shared.borders)))
-        return std::nullopt;
-    return text("beside pixels without depth ", percent(shared.filtered, shared.borders),
-                " of the values lie between theirs and the surface's, which are no depths: it was filtered or resized; "
-                "take the nearest "
-                "pixel instead (cv::INTER_NEAREST)");
+    const Encoding encoding = subject.camera.encoding;
+    if (!subject.camera.projection.is_perspective() &&
+        (encoding == Encoding::inverse || encoding == Encoding::inverse_range))
+        return std::nullopt; // which have surfaces behind the camera, whose values are no codes
+    const double many = encoding == Encoding::window ? many_filtered_buffer : many_filtered;
+    const auto are_many = [&](const FilteredBorders& borders) {
+        return static_cast<double>(borders.filtered) > many * static_cast<double>(borders.count);
+    };
+    for (const auto& sides : {subject.numbers.borders, subject.numbers.swinging_borders}) {
+        const FilteredBorders all{sides[0].count + sides[1].count, sides[0].filtered + sides[1].filtered};
+        // Something narrow casts its shadow on one side.
+        if (all.filtered >= least_filtered && are_many(all) &&
+            std::ranges::all_of(sides, [&](const auto& side) { return side.count < least_of_side || are_many(side); }))
+            return text("beside pixels without depth ", percent(all.filtered, all.count),
+                        " of the values lie between theirs and the surface's, which are no depths: it was filtered or "
+                        "resized; take the nearest pixel instead (cv::INTER_NEAREST)");
+    }
+    return std::nullopt;
 }
 
 } // namespace fathom
