@@ -4,6 +4,7 @@
 
 #include <fathom/doubts.hpp>
 #include <fathom/error.hpp>
+#include <fathom/pixel_rays.hpp>
 
 #include <locale>
 
@@ -544,6 +545,139 @@ bool says(const std::vector<std::string>& said, const std::string& words) {
 }
 
 } // namespace
+
+namespace {
+
+constexpr double pi = 3.14159265358979323846;
+
+// Filters' weights at a distance in pixels: OpenCV's and Pillow's bicubic, and Lanczos's with 3 and 4 lobes.
+double cubic(double x, double a) {
+    x = std::abs(x);
+    return x < 1 ? ((a + 2) * x - (a + 3)) * x * x + 1 : x < 2 ? (((x - 5) * x + 8) * x - 4) * a : 0;
+}
+double lanczos(double x, double lobes) {
+    const auto sinc = [](double t) { return t == 0 ? 1 : std::sin(pi * t) / (pi * t); };
+    return std::abs(x) < lobes ? sinc(x) * sinc(x / lobes) : 0;
+}
+
+// Twice as many columns and rows.
+template <typename Weight>
+std::vector<double> doubled(const std::vector<double>& values, const Weight& weight) {
+    constexpr int reach = 4;
+    const auto along = [&](const std::vector<double>& from, int rows, int columns, int row_step, int column_step) {
+        std::vector<double> to(2 * from.size());
+        for (int y = 0; y < rows; ++y)
+            for (int x = 0; x < 2 * columns; ++x) {
+                const double centre = (x + 0.5) / 2 - 0.5;
+                double sum = 0, weights = 0;
+                for (int k = static_cast<int>(std::floor(centre)) - reach; k <= centre + reach; ++k) {
+                    const double w = weight(centre - k);
+                    weights += w;
+                    sum +=
+                        w * from[static_cast<std::size_t>(y * row_step + std::clamp(k, 0, columns - 1) * column_step)];
+                }
+                to[static_cast<std::size_t>(row_step > column_step ? y * 2 * row_step + x : x * row_step * rows + y)] =
+                    sum / weights;
+            }
+        return to;
+    };
+    const std::vector<double> wide = along(values, room_height, room_width, room_width, 1);
+    return along(wide, 2 * room_width, room_height, 1, 2 * room_width);
+}
+
+} // namespace
+
+TEST_CASE("doubts: depth that a cubic filter or Lanczos's has mixed with pixels without depth is told", "[doubts]") {
+    const auto is_hole = [](int x, int y) { return std::hypot(x % 80 - 40, y % 80 - 40) < 18; };
+    const auto is_bar = [](int x, int y) { return x % 40 < 2 && y > 30; };
+    const std::pair<const char*, double (*)(double)> filters[] = {
+        {"nearest", [](double x) { return x > -0.5 && x <= 0.5 ? 1.0 : 0.0; }},
+        {"bilinear", [](double x) { return std::max(0.0, 1 - std::abs(x)); }},
+        {"OpenCV's bicubic", [](double x) { return cubic(x, -0.75); }},
+        {"Pillow's bicubic", [](double x) { return cubic(x, -0.5); }},
+        {"Lanczos, 3", [](double x) { return lanczos(x, 3); }},
+        {"Lanczos, 4", [](double x) { return lanczos(x, 4); }}};
+    struct Case {
+        double scale, number;
+        Storage storage;
+        bool is_sky;
+    };
+    for (const Case& each : {Case{0.001, 0, Storage::uint16, false},
+                             {0.001, 65535, Storage::uint16, false},
+                             {1, 0, Storage::float32, false},
+                             {1, 1e10, Storage::float32, true}})
+        for (const bool has_bars : {false, true}) {
+            const auto plain = room_image<double>([&](double z, int x, int y) {
+                return is_hole(x, y) ? each.number : (has_bars && is_bar(x, y) ? 1.5 : z) / each.scale;
+            });
+            for (const auto& [name, weight] : filters) {
+                Camera camera = camera_of(Encoding::view_z, 2 * room_width, 2 * room_height);
+                camera.scale = each.scale;
+                (each.is_sky ? camera.background_from : camera.missing) = each.number;
+                const std::vector<double> values = doubled(plain, weight);
+                std::vector<std::uint16_t> codes;
+                for (const double value : values)
+                    codes.push_back(static_cast<std::uint16_t>(std::lround(std::clamp(value, 0.0, 65535.0))));
+                const std::vector<float> floats(values.begin(), values.end());
+                const std::vector<std::string> said =
+                    depth_doubts(camera, each.storage == Storage::float32 ? host(floats, Storage::float32, camera.width)
+                                                                          : host(codes, Storage::uint16, camera.width));
+                INFO(name << ", " << each.number << (has_bars ? ", bars" : ""));
+                CHECK(says(said, "it was filtered or resized") == (weight != filters[0].second));
+            }
+        }
+}
+
+TEST_CASE("doubts: depth that still has the distortion of its lens is told, and depth without it is not", "[doubts]") {
+    std::mt19937 random(4);
+    std::normal_distribution<double> noise;
+    // A floor and a wall at an angle: distance along the axis where the ray (x, y, 1) meets the first of them.
+    const auto corner = [](double x, double y) {
+        return std::min(y > 0.02 ? 1.2 / y : 1e9, 1 / (0.22 + 0.15 * x + 0.04 * y));
+    };
+    using enum LensLaw;
+    for (const auto& [law, k] : {std::pair{brown, std::vector{-0.3, 0.1, 0.0, 0.0}},
+                                 {brown, {0.2, -0.4, 1e-3, -1e-3, 0.2}},
+                                 {brown, {5.6, 3.6, 7e-5, -9e-5, 0.19, 5.9, 5.4, 1.0}},
+                                 {opencv_fisheye, {0.05, -0.01, 0.002, -3e-4}}})
+        for (const Encoding encoding : {Encoding::view_z, Encoding::ray_distance})
+            for (const double rough : {0.0, 0.002}) {
+                Camera camera = camera_of(encoding, room_width, room_height);
+                const Intrinsics pinhole{
+                    .fx = 280, .fy = 282, .cx = 158, .cy = 121, .width = room_width, .height = room_height};
+                camera.projection = perspective(pinhole, {0.1, 100}, {.view_axes = ViewAxes::opencv});
+                camera.scale = 0.001;
+                camera.missing = 0;
+                Camera raw = camera;
+                raw.lens = LensModel{law, 280, 282, 158, 121, k};
+                const auto seen_by = [&](const Camera& one) {
+                    const PixelRays rays(one);
+                    return room_image([&](double, int x, int y) {
+                        const Eigen::Vector3d ray = rays.ray_of(x + 0.5, y + 0.5).value();
+                        const double z = corner(ray.x() / ray.z(), ray.y() / ray.z()) * (1 + rough * noise(random));
+                        return std::round(1000 * (encoding == Encoding::view_z ? z : z / ray.z()));
+                    });
+                };
+                const auto distorted = seen_by(raw), straight = seen_by(camera);
+                const auto said = [&](const std::vector<std::uint16_t>& values) {
+                    return depth_doubts(camera, host(values, Storage::uint16, room_width));
+                };
+                camera.raw_lens = raw.lens;
+                INFO(to_string(law) << ", " << k.front() << ", " << to_string(encoding) << ", noise " << rough);
+                // A weak distortion is not seen, nor one under noise.
+                if (rough == 0 && k.front() != 0.2)
+                    CHECK(says(said(distorted), "distortion of the lens has not been undone"));
+                CHECK(said(straight) == std::vector<std::string>{});
+                CHECK_FALSE(says(depth_doubts_of_sample(camera, host(straight, Storage::uint16, room_width)), "flat"));
+                CHECK(said(std::vector<std::uint16_t>(straight.size(), 2000)) == std::vector<std::string>{});
+                const Camera part = cropped(camera, 40, 30, 240, 180);
+                std::vector<std::uint16_t> middle;
+                for (int y = 30; y < 210; ++y)
+                    for (int x = 40; x < 280; ++x)
+                        middle.push_back(straight[static_cast<std::size_t>(y * room_width + x)]);
+                CHECK(depth_doubts(part, host(middle, Storage::uint16, 240)) == std::vector<std::string>{});
+            }
+}
 
 TEST_CASE("doubts: the bits of half floats are told under any scale, and codes like them are not", "[doubts]") {
     Camera camera = camera_of(Encoding::view_z, room_width, room_height);

@@ -117,6 +117,50 @@ TEST_CASE("lenses: the camera file says the model, its coefficients, or the ends
                {"c.json", "window", "\"view-z\" or \"ray-distance\""});
 }
 
+TEST_CASE("lenses: of a calibration whose distortion was undone the lens is kept for doubts alone", "[io][lens]") {
+    const TempFolder folder;
+    const auto file = [&](const std::string& k, const std::string& rest = "") {
+        return put(folder / "calibration.yml",
+                   "image_width: 640\nimage_height: 480\n"
+                   "camera_matrix: [500, 0, 320.5, 0, 510, 240.5, 0, 0, 1]\ndistortion_coefficients: " +
+                       k + "\n" + rest);
+    };
+    const auto undistorted = [&](const std::string& k, const std::string& rest = "") {
+        const ImportedCamera made =
+            import_camera(file(k, rest), {.preset = "kinect", .undistorted = true, .storage = Storage::uint16});
+        const Camera camera = camera_for(made, 640, 480);
+        CHECK_FALSE(camera.lens.has_value());
+        const Camera again = camera_for(read_camera(put(folder / "again.json", made.text)), 640, 480);
+        REQUIRE(again.raw_lens.has_value() == camera.raw_lens.has_value());
+        if (camera.raw_lens)
+            CHECK((again.raw_lens->fx == camera.raw_lens->fx && again.raw_lens->k == camera.raw_lens->k));
+        return camera;
+    };
+    const LensModel brown = undistorted("[-0.3, 0.1, 0, 0, 0]").raw_lens.value();
+    CHECK((brown.law == LensLaw::brown && brown.fx == 500 && brown.fy == 510 && brown.cx == 321 && brown.cy == 241));
+    CHECK(brown.k == std::vector{-0.3, 0.1, 0.0, 0.0, 0.0});
+    CHECK(undistorted("[0.05, 0, 0, 0]", "fisheye_model: 1\n").raw_lens.value().law == LensLaw::opencv_fisheye);
+    // Nothing is computed with it, so that one that Fathom does not know is no error.
+    for (const char* const k :
+         {"[0, 0, 0, 0, 0]", "[0.1, 0, 0, 0, 0, 0]", "[0.1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0.01, 0]"})
+        CHECK_FALSE(undistorted(k).raw_lens.has_value());
+    const std::string p = "projection_matrix: [400, 0, 310.5, 0, 0, 410, 230.5, 0, 0, 0, 1, 0]\ndistortion_model: ";
+    const Camera ros = undistorted("[-0.3, 0.1, 0, 0, 0]", p + "plumb_bob\n");
+    CHECK((ros.raw_lens.value().fx == 500 && ros.raw_lens->cx == 321));
+    CHECK_FALSE(undistorted("[-0.3, 0.1, 0, 0, 0]", p + "spherical\n").raw_lens.has_value());
+
+    const auto refused = [&](const std::string& keys, const std::vector<std::string>& words) {
+        check_says([&] { read(folder, pixels + keys); }, words);
+    };
+    const std::string own = R"("intrinsics": {"fx": 1, "fy": 1, "cx": 0, "cy": 0})";
+    refused(R"("raw_lens": {"k": [0.1, 0, 0, 0], )" + own + "}", {"raw_lens", "model"});
+    refused(R"("raw_lens": {"model": "brown", "k": [0.1, 0, 0, 0]})", {"raw_lens", "intrinsics"});
+    refused(R"("raw_lens": {"model": "brown", "k": [0.1, 0], )" + own + "}", {"camera.json", "k"});
+    refused(R"("raw_lens": {"model": "equirectangular", )" + own + "}", {"raw_lens", "model", "distortion"});
+    refused(R"("lens": {"model": "equidistant"}, "raw_lens": {"model": "equidistant", )" + own + "}",
+            {"both", "raw_lens"});
+}
+
 TEST_CASE("lenses: calibrations of ROS, COLMAP and nerfstudio become lenses", "[io][lens]") {
     const TempFolder folder;
     const auto lens_of = [&](const std::string& name, const std::string& text,

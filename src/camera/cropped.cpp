@@ -23,10 +23,11 @@ Camera cropped(const Camera& camera, int x, int y, int width, int height) {
     };
     change(0, camera.width, x, width, 1);
     change(1, camera.height, y, height, rows_go_up ? 1 : -1);
-    if (part.lens) { // which counts from the top
-        part.lens->cx -= x;
-        part.lens->cy -= camera.rows == Rows::top_down ? y : camera.height - height - y;
-    }
+    for (auto* lens : {&part.lens, &part.raw_lens})
+        if (*lens) { // which counts from the top
+            (*lens)->cx -= x;
+            (*lens)->cy -= camera.rows == Rows::top_down ? y : camera.height - height - y;
+        }
     return part;
 }
 

@@ -293,6 +293,7 @@ const std::vector<std::string> keys{"preset",
                                     "intrinsics",
                                     "orthographic",
                                     "lens",
+                                    "raw_lens",
                                     "clip_z",
                                     "clip_y",
                                     "oblique_near_plane",
@@ -376,6 +377,13 @@ std::optional<double> read_background_from(const JsonObject& json, const Camera&
     return *camera.far_plane / camera.scale / (1 + steps);
 }
 
+/// Refuses numbers that no lens has.
+void check_lens(Camera camera, const LensModel& lens) {
+    camera.lens = lens;
+    camera.width = camera.height = 1;
+    PixelRays{camera};
+}
+
 CameraFile read(JsonObject json) {
     CameraFile file;
     auto& camera = file.camera;
@@ -412,9 +420,12 @@ CameraFile read(JsonObject json) {
                                                                : Intrinsics{1, 1, 0, 0, width, height});
         };
         camera.lens = file.lens_for(std::max(size.width, 1), std::max(size.height, 1));
-        Camera some = camera;
-        some.width = some.height = 1;
-        PixelRays{some}; // refuses numbers that no lens has
+        check_lens(camera, *camera.lens);
+    }
+    if (json.has("raw_lens")) {
+        const io::LensKey raw = io::read_raw_lens(json);
+        camera.raw_lens = io::lens_model(raw, intrinsics_of(raw.own, size));
+        check_lens(camera, *camera.raw_lens);
     }
     check_parameters(json, camera);
     camera.rows = json.one_of<Rows>("rows", {{"top-down", Rows::top_down}, {"bottom-up", Rows::bottom_up}})

@@ -15,26 +15,32 @@ std::vector<double> ends_of(const JsonObject& own, const char* key, double most)
     return ends;
 }
 
+// None for a cube's face.
+std::optional<LensLaw> law_of(const JsonObject& own) {
+    const auto known = [](LensLaw law) { return std::pair{to_string(law), std::optional(law)}; };
+    using enum LensLaw;
+    const auto law = own.one_of<std::optional<LensLaw>>("model", {known(brown),
+                                                                  known(equidistant),
+                                                                  known(equisolid),
+                                                                  known(stereographic),
+                                                                  known(opencv_fisheye),
+                                                                  known(double_sphere),
+                                                                  known(blender_polynomial),
+                                                                  known(equirectangular),
+                                                                  {"cube-face", std::nullopt}});
+    if (!law)
+        own.refuse_missing("model", "it is the lens's name, such as \"brown\" or \"opencv-fisheye\"");
+    return *law;
+}
+
 } // namespace
 
 std::optional<LensKey> read_lens_key(const JsonObject& json, Encoding encoding) {
     if (!json.has("lens"))
         return std::nullopt;
     LensKey key{json.object("lens", {"model", "k", "longitude_deg", "latitude_deg"}), {}};
-    const auto known = [](LensLaw law) { return std::pair{to_string(law), std::optional(law)}; };
     using enum LensLaw;
-    const auto law = key.own.one_of<std::optional<LensLaw>>("model", {known(brown),
-                                                                      known(equidistant),
-                                                                      known(equisolid),
-                                                                      known(stereographic),
-                                                                      known(opencv_fisheye),
-                                                                      known(double_sphere),
-                                                                      known(blender_polynomial),
-                                                                      known(equirectangular),
-                                                                      {"cube-face", std::nullopt}});
-    if (!law)
-        key.own.refuse_missing("model", "it is the lens's name, such as \"brown\" or \"opencv-fisheye\"");
-    key.law = *law;
+    key.law = law_of(key.own);
     for (const char* each : {"longitude_deg", "latitude_deg"})
         if (key.own.has(each) && key.law != equirectangular)
             key.own.refuse_value(each, "is for the model \"equirectangular\"");
@@ -62,6 +68,18 @@ LensModel lens_model(const LensKey& key, const Intrinsics& intrinsics) {
     const double fx = intrinsics.width / ((longitude[1] - longitude[0]) * degree),
                  fy = intrinsics.height / ((latitude[1] - latitude[0]) * degree);
     return {*key.law, fx, fy, -longitude[0] * degree * fx, latitude[1] * degree * fy};
+}
+
+LensKey read_raw_lens(const JsonObject& json) {
+    if (json.has("lens"))
+        json.refuse_whole("has both \"lens\" and \"raw_lens\", which was undone; keep one");
+    LensKey key{json.object("raw_lens", {"model", "k", "intrinsics"}), {}};
+    key.law = law_of(key.own);
+    if (key.has_projection())
+        key.own.refuse_value("model", "has no distortion that could be undone");
+    if (!key.own.has("intrinsics"))
+        key.own.refuse_missing("intrinsics", "they are fx, fy, cx and cy of the raw image");
+    return key;
 }
 
 } // namespace fathom::io

@@ -20,6 +20,9 @@ struct LensKey {
 /// The lens; none where the file has none. Refused beside what only a projection has.
 std::optional<LensKey> read_lens_key(const JsonObject& json, Encoding encoding);
 
+/// "raw_lens", which the file has: the lens of the raw image, with "intrinsics" of its own.
+LensKey read_raw_lens(const JsonObject& json);
+
 /// The lens itself for an image of this size, whose "intrinsics" are counted from the corner. Sizes that are not known yet are 1.
 LensModel lens_model(const LensKey& key, const Intrinsics& intrinsics);
 

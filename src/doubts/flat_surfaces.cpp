@@ -9,10 +9,13 @@
 #include "doubts/stored_values.hpp"
 #include "text.hpp"
 
+#include <fathom/pixel_rays.hpp>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -34,8 +37,8 @@ constexpr double alike_noise = 1.5; // or so many times the noise from sample to
 // What the stored values could be instead of what the camera says.
 struct Alternative {
     Shape shape;
-    double parameter; ///< the rays of a sample are those of the camera
-    std::string meaning;
+    double parameter;        ///< the rays of a sample are those of the camera
+    std::string meaning;     ///< none: a raw image, whose rays are bent
     std::size_t flat = 0;    ///< windows that are flat with it, and bent as the camera has it
     std::size_t against = 0; ///< and where it is the other way round
 };
@@ -95,6 +98,46 @@ private:
     double centre_ = 0;
 };
 
+// The image as it was before its distortion was undone: 1/z of a plane is affine in where its rays go, which are bent.
+class RawImage {
+public:
+    RawImage(const Camera& camera, const Decoder& decoder)
+        : decoder_(decoder), rays_(raw(camera)), width_(camera.width) {}
+
+    // How bent a window is if it is one of the raw image. None where the image is not distorted enough, or has no rays.
+    std::optional<double> misfit_of(const Sampled& sampled) const {
+        if (sampled.window.width * least_windows < width_)
+            return std::nullopt;
+        std::vector<PlaneSample> samples;
+        std::vector<PlaneQuantity> quantities;
+        for (int i = 0; i < Window::size; ++i) {
+            const auto at = static_cast<std::size_t>(i);
+            if (!std::isfinite(sampled.values[at]) || !std::isfinite(sampled.z[at]))
+                continue;
+            const auto ray = rays_.ray_of(sampled.window.x(i) + 0.5, sampled.window.y(i) + 0.5);
+            if (!ray || std::abs(ray->z()) < least_ahead)
+                return std::nullopt;
+            const double x = ray->x() / std::abs(ray->z()), y = ray->y() / std::abs(ray->z());
+            samples.push_back({x, y, x, y, static_cast<double>(sampled.values[at])});
+            quantities.push_back(decoder_.quantity(samples.back()));
+        }
+        return misfit(samples, quantities);
+    }
+
+private:
+    static constexpr int least_windows = 8; // across the image: smaller ones are bent too little
+    static constexpr double least_ahead = 0.1;
+
+    static Camera raw(Camera camera) {
+        camera.lens = camera.raw_lens;
+        return camera;
+    }
+
+    const Decoder& decoder_;
+    PixelRays rays_;
+    int width_ = 0;
+};
+
 // Noise from sample to sample, most of which lie beside no edge.
 double noise_between(const Sampled& sampled) {
     std::vector<double> seconds;
@@ -152,6 +195,11 @@ std::optional<std::string> flat_surfaces_doubt(const Subject& subject) {
                             storage == Storage::float16 ? 0x1p-10 : 0x1p-23};
     const Decoder decoder(camera, form);
     std::vector<Alternative> others = alternatives(camera, storage, form.perspective);
+    std::optional<RawImage> raw;
+    if (camera.raw_lens && form.perspective) {
+        raw.emplace(camera, decoder);
+        others.push_back({Shape::affine, 0, ""});
+    }
     float farthest = -std::numeric_limits<float>::infinity(); // with the sign that makes it the greatest
     for (const Sampled& sampled : subject.windows)
         for (const float value : sampled.values)
@@ -181,7 +229,8 @@ std::optional<std::string> flat_surfaces_doubt(const Subject& subject) {
         // is seen straight on does not rise at all under the right one.
         misfits = {misfit(samples, quantities)};
         for (const Alternative& other : others)
-            misfits.push_back(misfit(samples, other.shape, other.parameter));
+            misfits.push_back(other.meaning.empty() ? raw->misfit_of(sampled).value_or(misfits.front())
+                                                    : misfit(samples, other.shape, other.parameter));
         const double rounded = rounding.in(samples);
         if (!std::isfinite(misfits.front()))
             continue;
@@ -211,6 +260,9 @@ std::optional<std::string> flat_surfaces_doubt(const Subject& subject) {
         (form.perspective ? least_part : least_part_orthographic) * best->flat < places ||
         best->flat <= to_one * best->against)
         return std::nullopt;
+    if (best->meaning.empty())
+        return "flat surfaces are bent, and flat if the distortion of the lens has not been undone; undo it, or do not "
+               "say that it was (\"undistorted\", \"raw_lens\")";
     return text("flat surfaces are bent as \"", to_string(camera.encoding), "\" has it, and flat if the values are ",
                 best->meaning, "? fathom inspect shows more");
 }

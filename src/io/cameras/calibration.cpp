@@ -9,8 +9,10 @@
 
 #include <yaml-cpp/yaml.h>
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <functional>
 #include <sstream>
 
 namespace fs = std::filesystem;
@@ -80,6 +82,20 @@ void set_lens(Imported& imported, const json& lens) {
         imported.keys["lens"] = lens;
 }
 
+/// The lens that was undone, with which nothing is computed: one that Fathom does not know is left out.
+void set_raw_lens(Imported& imported, const std::function<json()>& lens, json intrinsics) {
+    json raw;
+    try {
+        raw = lens();
+    } catch (const Error&) {
+    }
+    constexpr std::size_t counts[] = {4, 5, 8, 12};
+    if (raw.empty() || std::ranges::count(counts, raw["k"].size()) == 0)
+        return;
+    raw["intrinsics"] = std::move(intrinsics);
+    imported.keys["raw_lens"] = std::move(raw);
+}
+
 Imported import_opencv(const fs::path& file, const YAML::Node& map, const ImportOptions& options) {
     Imported imported{.keys = {{"view_axes", "opencv"}},
                       .cure =
@@ -89,16 +105,20 @@ Imported import_opencv(const fs::path& file, const YAML::Node& map, const Import
     for (const auto& [key, name] : {std::pair{"width", "image_width"}, {"height", "image_height"}})
         if (const int pixels = count(file, value(map, {name}), name); pixels > 0)
             imported.keys[key] = pixels;
+    const auto lens = [&]() -> json {
+        const YAML::Node is_fisheye = value(map, {"fisheye_model"});
+        const bool fisheye = is_fisheye.IsDefined() && count(file, is_fisheye, "fisheye_model") != 0;
+        for (const char* key : {"distortion_coefficients", "distCoeffs", "dist_coeffs"})
+            if (const YAML::Node node = value(map, {key}); node.IsDefined() || fisheye) {
+                const auto k = node.IsDefined() ? numbers(file, node, key) : std::vector<double>();
+                return fisheye ? fisheye_lens(k) : opencv_lens(file, k, key);
+            }
+        return {};
+    };
     if (options.undistorted)
-        return imported;
-    const YAML::Node is_fisheye = value(map, {"fisheye_model"});
-    const bool fisheye = is_fisheye.IsDefined() && count(file, is_fisheye, "fisheye_model") != 0;
-    for (const char* key : {"distortion_coefficients", "distCoeffs", "dist_coeffs"})
-        if (const YAML::Node node = value(map, {key}); node.IsDefined() || fisheye) {
-            const auto k = node.IsDefined() ? numbers(file, node, key) : std::vector<double>();
-            set_lens(imported, fisheye ? fisheye_lens(k) : opencv_lens(file, k, key));
-            break;
-        }
+        set_raw_lens(imported, lens, imported.keys["intrinsics"]);
+    else
+        set_lens(imported, lens());
     return imported;
 }
 
@@ -138,26 +158,33 @@ Imported import_ros(const fs::path& file, const YAML::Node& map, const ImportOpt
         .keys = {{"view_axes", "opencv"}},
         .cure = "name the topic's type: --preset kinect for 16UC1 (millimetres), --preset encoding=view-z for "
                 "32FC1 (metres)"};
-    if (options.undistorted) {
-        const YAML::Node p = value(map, {"projection_matrix", "p", "P"});
-        if (!p.IsDefined())
-            refuse(file, "\"P\": is missing; it is what rectified images (--undistorted) have");
-        imported.keys["intrinsics"] = intrinsics_of(file, matrix(file, p, "P", 12), 4, "P");
-    } else {
+    const auto lens = [&] {
         const auto coefficients = d.IsDefined() ? numbers(file, d, "D") : std::vector<double>();
         if (!pinhole && !fisheye)
             refuse(file,
                    "\"D\": is a lens distortion that Fathom does not know (" + name +
                        "); take the depth of a rectified topic (image_proc) and say --undistorted, which takes P");
-        set_lens(imported, fisheye ? fisheye_lens(coefficients) : opencv_lens(file, coefficients, "D"));
-        imported.keys["intrinsics"] = intrinsics_of(file, k, 3, "K");
-    }
+        return fisheye ? fisheye_lens(coefficients) : opencv_lens(file, coefficients, "D");
+    };
     const Readout out = readout_of(file, map);
-    json& pixels = imported.keys["intrinsics"];
-    pixels["fx"] = pixels["fx"].get<double>() / out.across;
-    pixels["fy"] = pixels["fy"].get<double>() / out.down;
-    pixels["cx"] = (pixels["cx"].get<double>() - out.x) / out.across;
-    pixels["cy"] = (pixels["cy"].get<double>() - out.y) / out.down;
+    // Of the whole sensor to pixels of the region.
+    const auto read_out = [&](json pixels) {
+        pixels["fx"] = pixels["fx"].get<double>() / out.across;
+        pixels["fy"] = pixels["fy"].get<double>() / out.down;
+        pixels["cx"] = (pixels["cx"].get<double>() - out.x) / out.across;
+        pixels["cy"] = (pixels["cy"].get<double>() - out.y) / out.down;
+        return pixels;
+    };
+    if (options.undistorted) {
+        const YAML::Node p = value(map, {"projection_matrix", "p", "P"});
+        if (!p.IsDefined())
+            refuse(file, "\"P\": is missing; it is what rectified images (--undistorted) have");
+        imported.keys["intrinsics"] = read_out(intrinsics_of(file, matrix(file, p, "P", 12), 4, "P"));
+        set_raw_lens(imported, lens, read_out(intrinsics_of(file, k, 3, "K")));
+    } else {
+        set_lens(imported, lens());
+        imported.keys["intrinsics"] = read_out(intrinsics_of(file, k, 3, "K"));
+    }
     if (out.width > 0)
         imported.keys["width"] = std::max(1, out.width / out.across);
     if (out.height > 0)
