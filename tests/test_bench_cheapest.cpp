@@ -13,9 +13,11 @@ namespace {
 constexpr int width = 960, height = 540; // as the tables' scenes
 constexpr double allowed = 2;            // times the error that was asked for
 
-// `accurate` interpolates blocks beside far railings that are seen from the side, where rays of 40 % cross them: half a unit of
-// visibility is lost at single bars, and the whole is 2.018 times what was asked for. docs/performance.md says so.
-constexpr double allowed_beside_bars = 2.05;
+// Known to fail: far bars seen from the side fall between the pixels that `accurate` computes under long rays, and the error is
+// 2.02 times what was asked for, as docs/performance.md says. Whoever mends it removes this.
+bool is_known_to_fail(const bench::Figures& row, double max_error) {
+    return row.operation == "ssao" && row.scene == "railings, aside" && row.radius_px > 200 && max_error < 0.02;
+}
 
 // Where the camera centre stands in the world, turned about the y axis and then down, degrees.
 Eigen::Matrix4d standing(const Eigen::Vector3d& centre, double turned, double down) {
@@ -103,8 +105,7 @@ void check_kept(const std::vector<bench::Method>& asked, const std::vector<bench
         std::printf("  %-8s %-8s %-16s radius %3.0f  asked %.4f, is %.4f: %.2f times (allowed %.0f)\n",
                     row.operation.c_str(), row.storage.c_str(), row.scene.c_str(), row.radius_px, max_error, real,
                     real / max_error, allowed);
-        const bool bars = row.operation == "ssao" && row.scene == "railings, aside" && row.radius_px > 200;
-        CHECK(real <= (bars ? allowed_beside_bars : allowed) * max_error);
+        CHECK((real <= allowed * max_error) != is_known_to_fail(row, max_error));
         CHECK(row.error->points > 300);
         ++count;
     }

@@ -103,7 +103,7 @@ struct Camera {
     /// What bends the pixels' rays. Of the projection then only the axes of view space count, and `linearize`, `unproject` and
     /// `PixelRays` take the camera; everything else refuses it.
     std::optional<LensModel> lens = {};
-    /// The lens of the raw image whose distortion was undone in this one. For doubts alone: is it still there?
+    /// The lens of the raw image, if this image is said to be undistorted. Only warnings use it.
     std::optional<LensModel> raw_lens = {};
 };
 

@@ -20,7 +20,7 @@ struct ImportOptions {
     /// without what the file knows. These keys come before those of the file.
     std::string preset = {};
     /// The image has no distortion any more. ROS: it was rectified, so its projection is P. OpenCV: it was remapped
-    /// with the camera matrix itself as the new one. What looks at depth then tells where that was not done.
+    /// with the camera matrix itself as the new one. Warnings tell where the depth is distorted still.
     bool undistorted = false;
     std::optional<Storage> storage = {}; ///< of the depth; ROS counts integers in millimetres and floats in metres
     std::filesystem::path depth = {};    ///< the depth's name chooses among images if `image` does not

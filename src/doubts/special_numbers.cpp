@@ -185,7 +185,7 @@ void SharedNumbers::add(const HostDepth& row) {
                 ++swinging_borders[side].count;
                 swinging_borders[side].filtered += swings && is_between(way(ring_px, 1));
             }
-            // Between a number of far away and what a filter made of it beyond 0 there may be some pixels.
+            // Cubic filters overshoot: from a number that stands for far away they may lead past 0 within a few pixels.
             if (counts_distances_ && depths < blend_px && i + depths + 1 < values.size() && std::isfinite(number)) {
                 const float beyond = at(i + depths + 1).first / number;
                 if (number * form_.farther > 0 && beyond < -0.005f && beyond > -0.2f &&
