@@ -32,6 +32,10 @@ using wide = std::uint64_t;
 #endif
 
 // Form of the depth decoder: DepthForm in include/fathom/camera.hpp.
+#define ALONG_AXIS 0
+#define ALONG_RAY 1
+#define ALONG_CUBE 2
+
 #define FORM_RECIPROCAL 0
 #define FORM_RECIPROCAL_AFFINE 1
 #define FORM_AFFINE 2
@@ -139,11 +143,12 @@ CONSTANT(lens_tile_shift, 4)
 CONSTANT(lens_node_floats, 20)
 
 typedef struct {
+    wide to_view[3][3];  // rays from the axes of the result back to those of view space
     float centre[3][2];  // the camera centre in the axes of the result: sums of two floats
     float least_ahead;   // rays with less of them along the view axis have no depth along it
     u32 tiles;           // in a row
 } lens_params;
-PARAMS(lens_params, 32)
+PARAMS(lens_params, 104)
 
 // From inverse depth q and its slopes gx, gy per pixel to a normal. See kernels/normals/normals.cl.
 //   n = of_slope_x gx + of_slope_y gy + of_depth (q - gx (x - centre_x) - gy (y - centre_y)), or 1 for the last factor

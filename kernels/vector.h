@@ -383,4 +383,8 @@ INLINE floatV wide_exponential(wideV y, wide amplitude, wide offset) {
 
 #endif
 
+INLINE wideV wide_of_pair(pairV a) {
+    return wide_add(wide_from(a.high), wide_from(a.low));
+}
+
 #endif

@@ -1,5 +1,6 @@
 // Inverse depth and the bound of its error: for every encoding and storage, stored to the nearest value and decoded again.
 
+#include "camera/rays.hpp"
 #include "camera_over.hpp"
 #include "catch.hpp"
 #include "judge.hpp"
@@ -149,7 +150,7 @@ Found judge(const Subject& subject) {
         const Image image = Image::from_host(device, element_of(subject.storage), stored.data(), {width, height});
         runtime::Scratch scratch(device);
         std::vector<float> q(stored.size());
-        inverse_depth(scratch, {image, subject.camera, subject.storage}, rays).download(q.data());
+        inverse_depth(scratch, {image, subject.camera, subject.storage}).download(q.data());
         for (std::size_t i = 0; i < q.size(); ++i) {
             if (exact[i] == 0)
                 continue;
@@ -197,7 +198,7 @@ TEST_CASE("inverse depth: background is the farthest, and invalid pixels have no
             const Device& device = oracle::device(arithmetic);
             runtime::Scratch scratch(device);
             float q[3];
-            inverse_depth(scratch, {Image::from_host(device, Element::f32, stored, {3, 1}), camera}, rays).download(q);
+            inverse_depth(scratch, {Image::from_host(device, Element::f32, stored, {3, 1}), camera}).download(q);
             CHECK(q[0] == (rays.perspective ? 0.0f : -std::numeric_limits<float>::infinity()));
             CHECK(std::isnan(q[1]));
             CHECK(q[2] == Approx(rays.perspective ? 1 / 0.999001 : -250.25).epsilon(1e-5));

@@ -5,6 +5,8 @@
 
 #include <fathom/fathom.hpp>
 #include <fathom/import_camera.hpp>
+#include <fathom/io.hpp>
+#include <fathom/opencv.hpp>
 #include <fathom/pixel_rays.hpp>
 
 #ifdef WITH_CALIB3D
@@ -200,4 +202,104 @@ TEST_CASE("lenses: calibrations of ROS, COLMAP and nerfstudio become lenses", "[
     CHECK(nerfstudio(R"("camera_model": "OPENCV_FISHEYE", "k1": 0.1, )").value().k ==
           std::vector<double>{0.1, 0, 0, 0});
     CHECK_FALSE(nerfstudio(""));
+}
+
+TEST_CASE("lenses: Kalibr's chains of cameras become lenses", "[io][lens]") {
+    const TempFolder folder;
+    const auto chain = put(folder / "camchain.yaml", R"(cam0:
+  cam_overlaps: [1]
+  camera_model: pinhole
+  distortion_coeffs: [-0.29, 0.08, 0.0002, 0.00002]
+  distortion_model: radtan
+  intrinsics: [461.6, 460.3, 362.7, 248.1]
+  resolution: [752, 480]
+  rostopic: /cam0/image_raw
+cam1:
+  camera_model: pinhole
+  distortion_coeffs: [-0.01, 0.02, -0.03, 0.04]
+  distortion_model: equidistant
+  intrinsics: [190.9, 190.8, 254.9, 256.8]
+  resolution: [512, 512]
+cam2:
+  camera_model: ds
+  distortion_coeffs: []
+  distortion_model: none
+  intrinsics: [-0.27, 0.57, 150.5, 150.6, 255.1, 256.2]
+  resolution: [512, 512]
+cam3: {camera_model: omni, distortion_model: radtan, distortion_coeffs: [0, 0, 0, 0], intrinsics: [0.8, 400, 400, 255, 255]}
+cam4: {camera_model: pinhole, distortion_model: none, distortion_coeffs: [], intrinsics: [400, 400, 255, 255]}
+)");
+    const auto camera = [&](const std::string& name, bool undistorted = false) {
+        return import_camera(chain, {.image = name, .preset = "encoding=view-z", .undistorted = undistorted}).camera;
+    };
+    CHECK(camera("cam0").lens.value().law == LensLaw::brown);
+    CHECK(camera("cam0").lens.value().k == std::vector<double>{-0.29, 0.08, 0.0002, 0.00002});
+    CHECK(camera("cam0").lens.value().cx == 363.2);
+    CHECK(camera("cam0").width == 752);
+    CHECK_FALSE(camera("cam0", true).lens);
+    CHECK(camera("cam1").lens.value().law == LensLaw::opencv_fisheye);
+    CHECK(camera("cam2").lens.value().law == LensLaw::double_sphere);
+    CHECK(camera("cam2").lens.value().k == std::vector<double>{-0.27, 0.57});
+    CHECK(camera("cam2").lens.value().fy == 150.6);
+    CHECK_FALSE(camera("cam4").lens);
+    check_says([&] { camera("cam3"); }, {"camchain.yaml", "omni", "radtan", "rays"});
+    check_says([&] { camera(""); }, {"camchain.yaml", "5 cameras", "--image", "cam0, cam1"});
+    check_says([&] { camera("cam7"); }, {"camchain.yaml", "cam7"});
+    const auto one = put(folder / "opencv.yml", "camera_matrix: [500, 0, 320, 0, 500, 240, 0, 0, 1]\n");
+    check_says([&] { import_camera(one, {.image = "cam0"}); }, {"opencv.yml", "--image", "Kalibr"});
+}
+
+TEST_CASE("lenses: a map of rays is read from EXR, TIFF and NPY, and is the lens that it was made of", "[io][lens]") {
+    const TempFolder folder;
+    const Camera fisheye = read(folder, pixels + R"("view_axes": "opencv", "lens": {"model": "opencv-fisheye",
+        "k": [0.05, -0.01, 0.002, -0.0003]})",
+                                160, 120);
+    const PixelRays rays(fisheye);
+    cv::Mat map(120, 160, CV_32FC3);
+    for (int y = 0; y < map.rows; ++y)
+        for (int x = 0; x < map.cols; ++x) {
+            const Eigen::Vector3f ray = rays.ray_of(x + 0.5, y + 0.5).value().cast<float>();
+            map.at<cv::Vec3f>(y, x) = {ray.x(), ray.y(), ray.z()};
+        }
+    map.at<cv::Vec3f>(7, 9) = {0, 0, 0};
+    cv::Mat depth(map.size(), CV_32FC1, cv::Scalar(2.5));
+    const Device device = Device::open("cpu");
+    const auto positions = [&](const Camera& camera) { return to_mat(unproject({to_device(device, depth), camera})); };
+    const cv::Mat expected = positions(fisheye);
+    for (const char* const name : {"rays.exr", "rays.tif", "rays.npy"}) {
+        write_image(folder / name, map, {.channels = {"X", "Y", "Z"}});
+        const auto file =
+            put(folder / "map.json", std::string(R"({"encoding": "ray-distance", "view_axes": "opencv", )") +
+                                         R"("lens": {"rays": ")" + name + R"("}})");
+        const CameraFile read_file = import_camera(file);
+        CHECK(read_file.camera.width == 160);
+        const Camera camera = camera_for(read_file, 160, 120);
+        CHECK(camera.lens.value().law == LensLaw::rays);
+        CHECK_FALSE(ray_of(camera, 9.5, 7.5));
+        const cv::Mat found = positions(camera);
+        double worst = 0;
+        for (int y = 0; y < map.rows; ++y)
+            for (int x = 0; x < map.cols; ++x)
+                if (x != 9 || y != 7)
+                    worst = std::max(worst, cv::norm(found.at<cv::Vec3f>(y, x) - expected.at<cv::Vec3f>(y, x)) / 2.5);
+        std::printf("positions through %s: off %.2f * 2^-24 of the distance\n", name, worst * 0x1p24);
+        CHECK(worst <= 2 * unproject_relative_error); // of both
+        CHECK(std::isnan(found.at<cv::Vec3f>(7, 9)[0]));
+        CHECK((pixel_of(camera, rays.ray_of(60.3, 40.7).value()).value() - Eigen::Vector2d(60.3, 40.7)).norm() < 2e-3);
+        check_says([&] { camera_for(read_file, 320, 240); }, {"160 x 120", "320 x 240"});
+    }
+    const auto refused = [&](const std::string& text, const std::vector<std::string>& parts) {
+        check_says([&] { import_camera(put(folder / "c.json", text)); }, parts);
+    };
+    refused(R"({"encoding": "view-z", "lens": {"rays": "nowhere.npy"}})", {"nowhere.npy"});
+    refused(R"({"encoding": "view-z", "width": 8, "height": 8, "lens": {"rays": "rays.npy"}})",
+            {"c.json", "8 x 8", "160 x 120"});
+    refused(R"({"encoding": "view-z", "lens": {"rays": "rays.npy", "model": "brown"}})",
+            {"lens", "both \"model\" and \"rays\""});
+    refused(
+        R"({"encoding": "view-z", "lens": {"rays": "rays.npy"}, "intrinsics": {"fx": 1, "fy": 1, "cx": 1, "cy": 1}})",
+        {"intrinsics"});
+    cv::Mat picture(8, 8, CV_32FC3, cv::Scalar(3, 4, 5));
+    write_image(folder / "picture.exr", picture, {.channels = {"X", "Y", "Z"}});
+    refused(R"({"encoding": "view-z", "lens": {"rays": "picture.exr"}})", {"picture.exr"});
 }

@@ -120,6 +120,11 @@ std::vector<Truth> truths() {
         {"airsim-perspective:" + wide, check_floats, {{2.5, 2.5 / slant}, {65504, nothing}}},
         {"airsim-vis:" + wide, check_bytes, {{51, 20}, {255, nothing}, {254, 25400 / 255.0}}},
         {"apple-disparity:" + intrinsics, check_floats, {{0.5, 2}, {0, nothing}, {-1, invalid}}},
+        {"azure-kinect:" + intrinsics, check_codes, {{1500, 1.5}, {0, invalid}}},
+        // The first of 4 x 2 pixels looks 135 degrees to the left and 45 upwards.
+        {"blender-panorama", check_floats, {{3, -1.5}, {1e10, nothing}}},
+        {"habitat-panorama", check_floats, {{2.5, -1.25}, {0, nothing}}},
+        {"matterport-panorama", check_codes, {{8000, -1}, {0, invalid}}},
         {"blender:" + wide, check_floats, {{3, 3}, {1e10, nothing}, {65504, 65504}}},
         {"colmap:" + intrinsics, check_floats, {{1.25, 1.25}, {0, invalid}}},
         {"gazebo:fov_x_deg=60", check_floats, {{1.25, 1.25}, {INFINITY, nothing}, {NAN, invalid}}},
@@ -509,7 +514,9 @@ TEST_CASE("presets: the page lists each with its formula and what it needs", "[p
         std::string needs;
         for (const auto& [key, meaning] : preset.needs)
             needs += "`" + key + "`, ";
-        needs += preset.projection == "fx" ? "`fx`, `fy`, `cx`, `cy`" : "`" + preset.projection + "`";
+        needs += preset.projection == "fx"   ? "`fx`, `fy`, `cx`, `cy`"
+                 : preset.projection.empty() ? "nothing"
+                                             : "`" + preset.projection + "`";
         if (!preset.usual.empty())
             needs += " (" + preset.usual + ")";
         const std::string row =

@@ -393,7 +393,7 @@ TEST_CASE("normals: a sensor's noise is told by its tolerance", "[normals]") {
 
 TEST_CASE("normals: planes under a sensor's noise", "[normals][noise]") {
     const Camera camera = sensor();
-    const int radius = window_radius(centre_rays(camera_rays(camera)), sensor_noise);
+    const int radius = window_radius(camera, sensor_noise);
     const double side = 2 * radius + 1, per_pixel = std::tan(0.45) / 540;
     // Two slopes' errors, each normal: the length of both has the mean of Rayleigh's distribution.
     const double expected = std::sqrt(std::numbers::pi / 2) * sensor_noise /
@@ -422,7 +422,7 @@ TEST_CASE("normals: planes under a sensor's noise", "[normals][noise]") {
 TEST_CASE("normals: noise has every pixel of a plane's wide window count", "[normals][noise]") {
     const Camera camera = sensor(120, 90);
     for (const double noise : {2e-4, 5e-4, 9e-4}) {
-        const int radius = window_radius(centre_rays(camera_rays(camera)), noise);
+        const int radius = window_radius(camera, noise);
         const std::vector<float> depth = noisy(tilted_plane(camera, 0.7), noise);
         const Result result = normals_of(stored_of(depth, camera), {.noise = noise});
         double worst = 0;
@@ -472,9 +472,7 @@ TEST_CASE("normals: noise in whole scenes, away from edges and near them", "[nor
 }
 
 TEST_CASE("normals: the window is as wide as noise and a pixel's angle ask for", "[normals][noise]") {
-    const auto radius = [](const Camera& camera, double noise) {
-        return window_radius(centre_rays(camera_rays(camera)), noise);
-    };
+    const auto radius = [](const Camera& camera, double noise) { return window_radius(camera, noise); };
     const Camera camera = sensor();
     CHECK(radius(camera, 0) == normals_reach_least_squares);
     CHECK(radius(camera, 2.5e-4) == 3);

@@ -296,3 +296,53 @@ TEST_CASE("Patches are within their bound of the rays, and so are their derivati
             CHECK(worst_slope <= lens::patch_slope_error);
         }
 }
+
+TEST_CASE("PixelRays: a map of rays is the lens that it was made of, up to its floats", "[lens]") {
+    const Camera fisheye = lens_subjects().at(4).camera;
+    const PixelRays exact(fisheye);
+    RayMap map{fisheye.width, fisheye.height};
+    for (int y = 0; y < map.height; ++y)
+        for (int x = 0; x < map.width; ++x) {
+            const auto ray = exact.ray_of(x + 0.5, y + 0.5);
+            for (int i = 0; i < 3; ++i)
+                map.rays.push_back(ray ? static_cast<float>((*ray)[i]) : 0.0f);
+        }
+    Camera mapped = fisheye;
+    mapped.lens = lens_of_rays(map);
+    const PixelRays rays(mapped);
+    const lens::CameraLens through(mapped), named(fisheye);
+    double off = 0, slopes = 0, back = 0, between = 0;
+    for (int y = 0; y < map.height; y += 7)
+        for (int x = 0; x < map.width; x += 7) {
+            const auto ray = rays.ray_of(x + 0.5, y + 0.5);
+            const bool inside = exact.ray_of(x + 1.5, y + 1.5) && exact.ray_of(x - 0.5, y - 0.5);
+            if (!ray || !inside || x == 0 || y == 0)
+                continue;
+            off = std::max(off, (*ray - *exact.ray_of(x + 0.5, y + 0.5)).norm());
+            const auto mine = through.ray(x + 0.5, y + 0.5), its = named.ray(x + 0.5, y + 0.5);
+            for (std::size_t i = 0; i < 3; ++i)
+                slopes = std::max({slopes, std::abs((*mine)[i].x - (*its)[i].x), std::abs((*mine)[i].y - (*its)[i].y)});
+            if (const auto beside = rays.ray_of(x + 0.8, y + 0.9))
+                between = std::max(between, (*beside - *exact.ray_of(x + 0.8, y + 0.9)).norm());
+            if (x % 35 == 0 && y % 35 == 0)
+                back = std::max(back, (*rays.pixel_of(*ray) - Eigen::Vector2d(x + 0.5, y + 0.5)).norm());
+        }
+    const double pixel = 2 / fisheye.lens->fx;
+    std::printf("a map of rays: off %.2g, slopes %.2g, between pixels %.2g, there and back %.2g px\n", off, slopes,
+                between, back);
+    CHECK(off <= 0x1p-23);
+    CHECK(slopes <= 0x1p-23 + pixel * pixel * pixel * pixel); // differences of floats, and the fifth derivative
+    CHECK(between <= pixel * pixel / 4);
+    CHECK(back <= pixel_rays_round_trip_px);
+    const std::optional<Eigen::Vector2d> behind = rays.pixel_of({0, 0, -1});
+    CHECK_FALSE(behind);
+    mapped.width = 2 * map.width;
+    CHECK_THROWS_WITH(PixelRays(mapped), ContainsSubstring("map of rays"));
+    CHECK_THROWS_WITH(lens_of_rays({4, 4, std::vector<float>(47)}), ContainsSubstring("47"));
+    CHECK(
+        (ray_of(cropped(Camera(fisheye), 30, 20, 60, 50), 5.5, 6.5).value() - exact.ray_of(35.5, 26.5).value()).norm() <
+        1e-15);
+    mapped.width = map.width;
+    CHECK((ray_of(cropped(mapped, 130, 70, 60, 50), 5.5, 6.5).value() - exact.ray_of(135.5, 76.5).value()).norm() <
+          0x1p-23);
+}

@@ -39,7 +39,7 @@ std::vector<float> thickness_of(const std::vector<float>& stored, const Camera& 
     const CentreRays rays = centre_rays(camera_rays(camera));
     const PixelLattice lattice = pixel_lattice(depth, every);
     runtime::Scratch scratch(default_device());
-    const Image inverse = inverse_depth(scratch, depth, rays);
+    const Image inverse = inverse_depth(scratch, depth);
     return floats(
         silhouette_thickness(scratch, inverse, lattice, rays.perspective,
                              occlusion_parameters(camera, rays_of(rays, lattice),

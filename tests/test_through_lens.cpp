@@ -105,6 +105,69 @@ TEST_CASE("unproject: positions through a lens are within their bound, in view a
     }
 }
 
+TEST_CASE("unproject: whatever depth through a lens counts along, positions are the same", "[lens][unproject]") {
+    Eigen::Isometry3d view = Eigen::Isometry3d::Identity();
+    view.rotate(Eigen::AngleAxisd(0.7, Eigen::Vector3d(1, 2, -0.5).normalized()));
+    struct Meaning {
+        const char* name;
+        Encoding encoding;
+        Along along;
+    };
+    for (const Arithmetic arithmetic : {Arithmetic::fp64, Arithmetic::two_float}) {
+        const Device device = test_device({.arithmetic = arithmetic});
+        for (const std::size_t which : {1u, 7u, 9u, 11u, 13u})
+            for (const auto& [meaning, encoding, along] :
+                 {Meaning{"the axis", Encoding::view_z, Along::axis},
+                  {"the ray", Encoding::ray_distance, Along::axis},
+                  {"a cube", Encoding::view_z, Along::cube},
+                  {"a cube, inverse", Encoding::inverse, Along::cube},
+                  {"the axis, in a depth buffer", Encoding::window, Along::axis}}) {
+                auto [name, camera] = lens_subjects().at(which);
+                if (encoding == Encoding::window && camera.lens->law != LensLaw::brown)
+                    continue;
+                camera.encoding = encoding;
+                camera.along = along;
+                camera.view = view.matrix();
+                camera.projection = perspective(1, 1, {0.25, 40}, camera.projection.convention);
+                const double forwards = camera.projection.convention.view_axes == ViewAxes::opengl ? -1 : 1;
+                const LensRays rays = rays_of(camera);
+                std::vector<float> values;
+                std::vector<Real> distances; // of the rounded values; 0 where there is none
+                std::mt19937 random(3);
+                for (const auto& ray : rays) {
+                    const double distance = 1 + static_cast<double>(random() % 10000) / 1000,
+                                 ahead = ray ? forwards * ray->z() : 0;
+                    const double part = along == Along::cube                 ? (ray ? ray->cwiseAbs().maxCoeff() : 1)
+                                        : encoding == Encoding::ray_distance ? 1
+                                                                             : ahead;
+                    const double z = distance * part;
+                    const bool is_window = encoding == Encoding::window, is_inverse = encoding == Encoding::inverse;
+                    const double a = 40.0 / (40.0 - 0.25); // v = a (1 - near/z)
+                    values.push_back(static_cast<float>(is_window ? a * (1 - 0.25 / z) : is_inverse ? 1 / z : z));
+                    const auto v = static_cast<Real>(values.back());
+                    const Real exact = is_window ? 0.25L / (1 - v / static_cast<Real>(a)) : is_inverse ? 1 / v : v;
+                    distances.push_back(ray && part > 0.02 ? exact / static_cast<Real>(part) : 0);
+                }
+                const Image image =
+                    Image::from_host(device, Element::f32, values.data(), {camera.width, camera.height});
+                std::vector<float> positions(values.size() * 3);
+                unproject({image, camera}, {.space = Space::world}).download(positions.data());
+                const Eigen::Matrix3d turn = view.inverse().matrix().topLeftCorner<3, 3>();
+                double worst = 0;
+                for (std::size_t i = 0; i < rays.size(); ++i)
+                    if (distances[i] > 0) {
+                        const Vector3 exact = turn.cast<Real>() * rays[i]->cast<Real>() * distances[i];
+                        const Vector3 got(positions[3 * i], positions[3 * i + 1], positions[3 * i + 2]);
+                        worst = std::max(worst, static_cast<double>((got - exact).norm() / distances[i]) * 0x1p24);
+                    }
+                std::printf("depth along %-28s through %-28s %s: off %.2f * 2^-24\n", meaning, name.c_str(),
+                            arithmetic == Arithmetic::fp64 ? "double" : "two floats", worst);
+                INFO(meaning << ", " << name);
+                CHECK(worst <= unproject_relative_error * 0x1p24);
+            }
+    }
+}
+
 TEST_CASE("unproject: through a lens every vector width, group, arithmetic and part has the same bits",
           "[lens][unproject]") {
     for (const std::size_t which : {0u, 2u, 9u, 11u}) {
@@ -184,16 +247,25 @@ TEST_CASE("Whatever takes straight rays only refuses a lens, and names it", "[le
     const Image color(device, Element::f32, {camera.width, camera.height, 3});
     const StoredDepth stored{image, camera};
     const auto refuses = [](const auto& act) { CHECK_THROWS_WITH(act(), ContainsSubstring("lens")); };
-    refuses([&] { normals(stored); });
     refuses([&] { ssao(stored, 1); });
-    refuses([&] { fog(stored, color, {.density = 0.1}); });
-    refuses([&] { dof_masks(stored, CircleOfConfusion{1, 1}); });
+    refuses([&] { dof_masks(stored, CircleOfConfusion{1, 1}, {.max_near_coc = true}); });
+    refuses([&] { dof_masks(stored, CircleOfConfusion{1, 1}, {.near_alpha = true}); });
+    refuses([&] { dof_masks(stored, CircleOfConfusion{1, 1}, {.disocclusion = true}); });
+    refuses([&] { dof_masks(stored, CircleOfConfusion{1, 1}, {.mixed_pixels = true}); });
     refuses([&] { dof(stored, color, CircleOfConfusion{1, 1}); });
     refuses([&] { unproject(stored, {.no_mixed_pixels = true}); });
     refuses([&] { upsample_along_edges(stored, color); });
     refuses([&] { depth_form(camera); });
     refuses([&] { camera_rays(camera); });
-    Camera window = camera;
-    window.encoding = Encoding::window;
-    refuses([&] { linearize({image, window}); });
+    Camera fisheye = lens_subjects().at(4).camera;
+    fisheye.encoding = Encoding::window;
+    const std::vector<float> more(static_cast<std::size_t>(fisheye.width * fisheye.height), 2.0f);
+    refuses([&] {
+        linearize({Image::from_host(device, Element::f32, more.data(), {fisheye.width, fisheye.height}), fisheye});
+    });
+    Camera straight = camera;
+    straight.lens.reset();
+    straight.encoding = Encoding::view_z;
+    straight.along = Along::cube;
+    refuses([&] { linearize({image, straight}); });
 }

@@ -30,10 +30,11 @@ enum class Encoding {
     inverse_range, ///< 0 at `near_plane`, 1 at `far_plane`, linear in 1/z
 };
 
-/// Along what `linear`, `inverse` and `inverse_range` measure their distance.
+/// Along what `linear`, `inverse` and `inverse_range` measure their distance, and through a lens every encoding but `ray_distance`.
 enum class Along {
     axis, ///< the view axis
-    ray   ///< the pixel's ray, counted from the camera centre
+    ray,  ///< the pixel's ray, counted from the camera centre
+    cube, ///< with a lens: the axis of the cube's face that the ray meets, of six that look along the axes of view space
 };
 
 /// How a stored value lies in memory.
@@ -88,7 +89,7 @@ struct Camera {
     double log_c = 1.0;           ///< C of `logarithmic`; per scene unit
     double scale = 1.0;  ///< scene units per stored unit (metric encodings); z = scale / (v + offset) for `inverse`
     double offset = 0.0; ///< for `inverse`; stored units
-    Along along = Along::axis;        ///< for `linear`, `inverse` and `inverse_range`
+    Along along = Along::axis;        ///< for `linear`, `inverse` and `inverse_range`, and with a lens
     bool from_near_plane = false;     ///< for `ray_distance`: is it counted from where the ray crosses the near plane?
     std::optional<double> background; ///< stored value that means "nothing here"; NaN: none; default by encoding
     std::optional<double> background_from; ///< so do this stored value and all that mean a greater distance
@@ -100,8 +101,9 @@ struct Camera {
     std::optional<int>
         depth_bits; ///< 1 to 24, or 32: of the buffer that a float image came from, for error bounds and fits
     std::optional<Eigen::Matrix4d> view; ///< world to view, in the projection's axes
-    /// What bends the pixels' rays. Of the projection then only the axes of view space count, and `linearize`, `unproject` and
-    /// `PixelRays` take the camera; everything else refuses it.
+    /// What bends the pixels' rays. Of the projection then only the axes of view space count, and with `brown` and `window` what turns
+    /// a depth buffer's values into depth: those of a pinhole whose picture was warped. `linearize`, `unproject`, `normals`, `fog`,
+    /// `dof_masks` and `PixelRays` take the camera; everything else refuses it.
     std::optional<LensModel> lens = {};
     /// The lens of the raw image, if this image is said to be undistorted. Only warnings use it.
     std::optional<LensModel> raw_lens = {};

@@ -61,6 +61,13 @@ struct AttainablePoint {
     double z;          ///< scene units; may be infinite
 };
 
+/// What a lens makes of an image's pixels.
+struct LensFindings {
+    std::size_t no_ray = 0;       ///< pixels that no ray meets: beyond a fold, or outside a fisheye's circle
+    std::size_t steep = 0;        ///< beyond 89 degrees from the axis, if depth counts along it: they have none
+    std::optional<LensFold> fold; ///< where the lens folds
+};
+
 /// What a camera makes of stored values.
 struct CameraFindings {
     Camera camera;
@@ -72,10 +79,12 @@ struct CameraFindings {
     std::optional<std::size_t> invalid;        ///< pixels whose value is no depth; none when the image was not decoded
     std::vector<SurfacePoint> surfaces;        ///< nearest, middle, farthest; none when no pixel shows a surface
     std::array<AttainablePoint, 5> attainable; ///< the corners and the centre
+    std::optional<LensFindings> lens = {};
 };
 
 /// Looks at stored values through a camera of the image's size. `depth` is what `linearize` makes of them with
-/// `Background::inf`, rows without gaps; without it no surface is described.
+/// `Background::inf`, rows without gaps, and through a lens with `Along::ray`; without it no surface is described. Depths through a
+/// lens are distances.
 /// Throws: std::invalid_argument for a camera that `depth_form` refuses, and for depth of another size.
 CameraFindings camera_findings(const Camera& camera, const HostDepth& stored, std::span<const float> depth = {});
 

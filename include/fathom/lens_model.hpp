@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cstdint>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -17,6 +19,14 @@ enum class LensLaw {
     double_sphere,  ///< k = ξ, α of Usenko and others
     blender_polynomial, ///< θ = −(k0 + k1 r + k2 r² + k3 r³ + k4 r⁴) with k0 = 0, fx and fy in pixels a millimetre of the sensor
     equirectangular, ///< a panorama: u is the longitude, −v the latitude
+    rays,            ///< whatever has no name here: a ray for each pixel
+};
+
+/// The rays of an image's pixels, unit vectors of X right, Y down and Z ahead, three floats a pixel, from the top left one on. NaN
+/// or 0, 0, 0 where there is none. Derivatives are differences of neighbours.
+struct RayMap {
+    int width = 0, height = 0;
+    std::vector<float> rays = {};
 };
 
 /// A lens: its law and its numbers. A plain value; whoever uses it checks it.
@@ -25,7 +35,11 @@ struct LensModel {
     double fx, fy; ///< pixels; of a panorama pixels a radian
     double cx, cy; ///< where the axis meets the image, pixels from the corner of the image's top left pixel
     std::vector<double> k = {};
+    std::shared_ptr<const RayMap> map = {}; ///< of the law `rays`, for which fx = fy = 1 and cx = cy = 0
 };
+
+/// The lens of such rays. Throws: std::invalid_argument for a number of floats that is not 3 · width · height.
+LensModel lens_of_rays(RayMap map);
 
 /// Where a polynomial turns back, so that pixels beyond it have no ray.
 struct LensFold {

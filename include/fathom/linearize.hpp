@@ -44,7 +44,8 @@ ViewDepth linearize(const StoredDepth& stored, const LinearizeOptions& options =
 void linearize(const StoredDepth& stored, const Image& result, const LinearizeOptions& options = {},
                const Launch& launch = {});
 
-/// The depth of the surface at a pixel of the image, for `Lens::focus`; infinity for the background.
+/// The depth of the surface at a pixel of the image, for `Lens::focus`; infinity for the background. Through a lens other than
+/// `brown`, which has a sphere in focus, it is the distance along the ray.
 /// Throws: std::invalid_argument for a pixel outside the image, or whose stored value is invalid.
 double depth_at(const StoredDepth& stored, int x, int y);
 

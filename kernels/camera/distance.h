@@ -6,12 +6,6 @@
 
 #include "camera/camera.h"
 
-#if FORM == FORM_RECIPROCAL
-INLINE wideV wide_of_pair(pairV a) {
-    return wide_add(wide_from(a.high), wide_from(a.low));
-}
-#endif
-
 // View depth, before it is rounded to a float.
 INLINE wideV wide_depth(floatV v, uint x, uint y, const depth_params* p, const ray_params* rays) {
 #if FORM == FORM_RECIPROCAL

@@ -3,15 +3,14 @@
 #include "dof_masks/circle.h"
 
 KERNEL void dof_largest(__global const STORED* source, __global float* largest, const grid_params grid,
-                          const depth_params depth, const ray_params rays, const circle_params p) {
+                          const depth_params depth, const ray_params rays, const circle_params p LENS_ARGUMENTS) {
     const uint y = get_global_id(0);
     if (y >= grid.height)
         return;
     floatV found = 0.0f;
     for (uint x = grid.x_begin; x < grid.x_end; x += V) {
         const uint first = min(x, grid.x_end - V);
-        const sampleV sample = load_stored(source, &grid, first, y, &depth);
-        const floatV c = fabs(circle_of_confusion(sample, grid.pixel_x + first, grid.pixel_y + y, &depth, &rays, &p));
+        const floatV c = fabs(circles(source, &grid, &depth, &rays, &p LENS_VALUES, first, y));
         found = select(found, c, c > found); // no pixel without a circle
     }
     const float_lanes lanes = found;

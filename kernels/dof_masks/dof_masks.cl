@@ -16,14 +16,13 @@ KERNEL void dof_masks(__global const STORED* source, __global float* circle,
                         const place_params focus_place, __global float* far, const place_params far_place,
 #endif
                         const grid_params grid, const depth_params depth, const ray_params rays,
-                        const circle_params p) {
+                        const circle_params p LENS_ARGUMENTS) {
     const uint x = first_column(grid.x_begin, grid.x_end);
     const uint y = get_global_id(1);
     if (x >= grid.x_end || y >= grid.height)
         return;
 
-    const sampleV sample = load_stored(source, &grid, x, y, &depth);
-    const floatV c = circle_of_confusion(sample, grid.pixel_x + x, grid.pixel_y + y, &depth, &rays, &p);
+    const floatV c = circles(source, &grid, &depth, &rays, &p LENS_VALUES, x, y);
     store_float(c, circle + grid.target_offset + (size_t)y * grid.target_stride + x);
 #if WEIGHTS
     const floatV one_more = one_and_blurred(c, p.sharp, p.inverse_transition), none = (floatV)0.0f;

@@ -4,12 +4,12 @@
 //   HEIGHT 1: density(h) = density exp(-falloff (h - h0)),    tau = density(lower end) (1 - exp(-kappa L)) / kappa
 // L is the distance along the ray beyond `start`, and kappa = falloff |up . ray| > 0. Counted from the lower end, every factor
 // is positive and no exponential overflows, whichever way the ray goes. L is infinite for the sky: upwards the quotient
-// is 1 / kappa, level or downwards the fog is complete.
+// is 1 / kappa, level or downwards the fog is complete. Through a lens a step of the ray is one unit long.
 // All exponents are powers of two, summed in double (or two floats) where an error of theirs would be one of the density.
 // Closed form: Wenzel 2006, "Real-time Atmospheric Effects in Games".
 // Built for: HEIGHT = 0 1; PREMULTIPLIED = 0 1; START = 0 1
 
-#include "camera/camera.h"
+#include "camera/through_lens.h"
 #include "pixels.h"
 #include "store.h"
 
@@ -76,6 +76,21 @@ INLINE floatV power(wideV e) {
 }
 #endif
 
+#if LENS
+// tau / ln 2 at a distance along the ray, which may be infinite. `up`: the ray's rise to a unit of its length.
+INLINE floatV optical_depth(floatV distance, pairV up, const fog_params* p) {
+    const intV sky = distance == INFINITY;
+    const floatV length = (floatV)1.0f;
+    wideV way = wide_from(select(distance, (floatV)FAR, sky));
+#if START
+    const wideV clear = wide_constant(p->start);
+    way = wide_add(way, wide_negative(clear));
+#endif
+#if HEIGHT
+    const wideV slope = wide_product(wide_constant(p->per_step[1]), wide_of_pair(up));
+    const wideV at_centre = wide_constant(p->at_centre[2]);
+#endif
+#else
 // tau / ln 2 at view depth z, which may be infinite.
 INLINE floatV optical_depth(floatV z, uint x, uint y, const ray_params* centred, const fog_params* p) {
     const intV sky = z == INFINITY;
@@ -102,10 +117,14 @@ INLINE floatV optical_depth(floatV z, uint x, uint y, const ray_params* centred,
     const floatV inverse = inverse_root_guess(square), guess = square * inverse;
     const floatV length = fma(0.5f * guess, fma(-guess, inverse, (floatV)1.0f), guess);
 #endif
-    const floatV steps = max(wide_to_float(way), 0.0f);
 #if HEIGHT
     const wideV slope = wide_at_pixel(p->per_step, x, y); // of log2 of the density
-    wideV lower_end = wide_add(wide_at_pixel(p->at_centre, x, y), at_least_0(wide_product(slope, way)));
+    const wideV at_centre = wide_at_pixel(p->at_centre, x, y);
+#endif
+#endif
+    const floatV steps = max(wide_to_float(way), 0.0f);
+#if HEIGHT
+    wideV lower_end = wide_add(at_centre, at_least_0(wide_product(slope, way)));
 #if START
     lower_end = wide_add(lower_end, wide_product(slope, clear));
 #endif
@@ -207,15 +226,21 @@ INLINE void store_elements(floatV value, __global ELEMENT_TYPE* to) {
 
 KERNEL void fog(__global const STORED* source, __global const ELEMENT_TYPE* color, __global ELEMENT_TYPE* target,
                   const grid_params grid, const source_params color_source, const depth_params depth,
-                  const ray_params rays, const ray_params centred, const fog_params p) {
+                  const ray_params rays, const ray_params centred, const fog_params p LENS_ARGUMENTS) {
     const uint x = first_column(grid.x_begin, grid.x_end);
     const uint y = get_global_id(1);
     if (x >= grid.x_end || y >= grid.height)
         return;
 
+#if LENS
+    const lens_pixelV pixel = lens_pixels(source, tiles, nodes, &grid, &depth, &lens, x, y);
+    const floatV z = pixel.distance, tau = optical_depth(z, pixel.ray.y, &p);
+#else
     const uint px = grid.pixel_x + x, py = grid.pixel_y + y;
     const floatV z = view_depth(load_stored(source, &grid, x, y, &depth), px, py, &depth, &rays);
-    floatV f = min(one_less_power(optical_depth(z, px, py, &centred, &p)), p.max_opacity);
+    const floatV tau = optical_depth(z, px, py, &centred, &p);
+#endif
+    floatV f = min(one_less_power(tau), p.max_opacity);
     f = select(f, (floatV)0.0f, (z != z) | ((z == INFINITY) & (intV)(int)p.keep_sky));
 
     __global const ELEMENT_TYPE* from = color + color_source.offset + (size_t)y * color_source.stride + CHANNELS * x;

@@ -4,15 +4,20 @@
 // gx, gy: the slopes of q per pixel; Dx, Dy, D1 (Ox, Oy) the columns of the rays that multiply x, y and 1. Pixels are counted
 // from where the first two are across the third, so that nothing cancels. With positions instead, a normal would be a
 // difference of numbers that share their leading digits; here only q is subtracted, and the plane is met exactly.
+// Through a lens, P = u/q with u the unit ray:
+//   n = -m,   q = m u,   m = q u* + gx ux* + gy uy*        u*, ux*, uy* the dual of u, du/dx, du/dy: u* u = 1, u* ux = 0 ...
+// There a plane's q bends by m uxx, m uyy ..., which are taken off the neighbours; see bent.h.
 // RADIUS 0: slopes as slope.h chooses them. Otherwise a plane is fitted to those pixels of the window that lie within the
 // stored values' rounding, and within a few standard deviations of a sensor's noise, of it: first in a small window, whose
 // slopes are good enough to tell the pixels of a wider one apart.
-// Built for: RADIUS = 0 3 5 8
+// Built for: RADIUS = 0 3 5 8; ALONG = 0 1
 
 #include "params.h"
+#include "camera/patch.h"
 #include "normals/slope.h"
 #include "store.h"
 #include "camera/window.h"
+#include "normals/bent.h"
 
 #if !defined(RADIUS) || RADIUS < 0 || RADIUS > 16
 #error "RADIUS is not defined: 0 for slopes of the nearest neighbours, or how far the window reaches, up to the margin's columns"
@@ -37,31 +42,33 @@ typedef struct {
     floatV q, gx, gy;
 } plane;
 
-INLINE void nearest_plane(const window* w, floatV error, plane* p) {
+// `bend`: of the plane that is looked for.
+INLINE void nearest_plane(const window* w, floatV error, const bend* b, plane* p) {
     const floatV tolerance = 4.0f * error;
     p->q = neighbour(w, 0, 0);
-    p->gx = slope(neighbour(w, -2, 0), neighbour(w, -1, 0), p->q, neighbour(w, 1, 0),
-                  neighbour(w, 2, 0), tolerance);
-    p->gy = slope(neighbour(w, 0, -2), neighbour(w, 0, -1), p->q, neighbour(w, 0, 1),
-                  neighbour(w, 0, 2), tolerance);
+    p->gx = slope(unbent_in_row(w, -2, b), unbent_in_row(w, -1, b), p->q, unbent_in_row(w, 1, b), unbent_in_row(w, 2, b),
+                  tolerance);
+    p->gy = slope(unbent_in_column(w, -2, b), unbent_in_column(w, -1, b), p->q, unbent_in_column(w, 1, b),
+                  unbent_in_column(w, 2, b), tolerance);
 }
 
 #if RADIUS > 0
 // The plane of least squares through the pixels that `p` predicts to within `margin` + `per_pixel` times the distance.
 // It is drawn towards `p` with the weight of one pixel, so that a pixel without any neighbour that fits keeps `p`.
 // Rows from `first` to `last` are there to be read; those beyond are as empty as these two.
-INLINE void refit(const window* w, const int radius, int first, int last, floatV margin, floatV per_pixel, plane* p) {
+INLINE void refit(const window* w, const int radius, int first, int last, floatV margin, floatV per_pixel,
+                  const bend* b, plane* p) {
     floatV n = (floatV)0.0f, sx = (floatV)0.0f, sy = (floatV)0.0f, sr = (floatV)0.0f;
     floatV sxx = (floatV)1.0f, sxy = (floatV)0.0f, syy = (floatV)1.0f, sxr = (floatV)0.0f, syr = (floatV)0.0f;
 #pragma unroll
     for (int dy = -radius; dy <= radius; ++dy) {
         const int row = clamp(dy, first, last);
-        const floatV middle = fma(p->gy, (floatV)(float)dy, p->q);
+        const floatV middle = bent_in_column(fma(p->gy, (floatV)(float)dy, p->q), dy, b);
         const floatV limit = fma(per_pixel, (floatV)(float)abs(dy), margin);
         floatV row_n = (floatV)0.0f, row_x = (floatV)0.0f, row_xx = (floatV)0.0f, row_r = (floatV)0.0f;
 #pragma unroll
         for (int dx = -radius; dx <= radius; ++dx) {
-            const floatV rest = neighbour(w, dx, row) - fma(p->gx, (floatV)(float)dx, middle);
+            const floatV rest = neighbour(w, dx, row) - bent(fma(p->gx, (floatV)(float)dx, middle), dx, dy, b);
             const intV fits = fabs(rest) <= fma(per_pixel, (floatV)(float)abs(dx), limit);
             const floatV one = select((floatV)0.0f, (floatV)1.0f, fits), r = select((floatV)0.0f, rest, fits);
             row_n += one;
@@ -92,13 +99,15 @@ INLINE void refit(const window* w, const int radius, int first, int last, floatV
 }
 #endif
 
+#if !LENS
 INLINE floatV component(const normal_params* p, int i, const plane* plane, floatV along) {
     const floatV of_slopes = fma((floatV)p->of_slope_x[i], plane->gx, (floatV)p->of_slope_y[i] * plane->gy);
     return fma((floatV)p->of_depth[i], along, of_slopes);
 }
+#endif
 
 KERNEL void normals(__global const float* source, __global float* target, const grid_params grid,
-                      const normal_params p) {
+                      const normal_params p LENS_ARGUMENTS) {
     const uint x = first_column(grid.x_begin, grid.x_end);
     const uint made = get_global_id(1), y = grid.y_begin + made;
     if (x >= grid.x_end || y >= grid.height)
@@ -112,20 +121,41 @@ KERNEL void normals(__global const float* source, __global float* target, const 
 #else
     const intV surface = size < INFINITY;
 #endif
+#if LENS
+    bent_ray ray;
+    bent_rays(tiles, nodes, &lens, grid.pixel_x + x, grid.pixel_y + y, &ray);
+#if ALONG == ALONG_AXIS // whose error is that of 1/z
+    const floatV z_in_distances = ray.ahead, stored = size / z_in_distances;
+#else
+    const floatV z_in_distances = (floatV)1.0f, stored = size;
+#endif
+    const floatV error = z_in_distances * fma(fma((floatV)p.error_quadratic, stored, (floatV)p.error_linear), stored,
+                                              (floatV)p.error_constant);
+#else
     const floatV error =
         fma(fma((floatV)p.error_quadratic, size, (floatV)p.error_linear), size, (floatV)p.error_constant);
+#endif
     const floatV deviation = (floatV)p.noise * size;
     plane found;
-    nearest_plane(&w, fma((floatV)2.0f, deviation, error), &found);
+    bend b = no_bend();
+    nearest_plane(&w, fma((floatV)2.0f, deviation, error), &b, &found);
+#if LENS
+    b = bend_of(&ray, found.q, found.gx, found.gy);
+    nearest_plane(&w, fma((floatV)2.0f, deviation, error), &b, &found);
+#endif
 #if RADIUS > 0
     refit(&w, SMALL_RADIUS, -SMALL_RADIUS, SMALL_RADIUS, fma((floatV)GUESS_NOISE, deviation, 2.0f * error),
-          fma((floatV)GUESS_SLOPE_NOISE, deviation, GUESS_ERROR * error), &found);
+          fma((floatV)GUESS_SLOPE_NOISE, deviation, GUESS_ERROR * error), &b, &found);
     const int first = RADIUS > depth_margin_rows ? -(int)y - depth_margin_rows : -RADIUS;
     const int last = RADIUS > depth_margin_rows ? (int)(grid.height - 1 - y) + depth_margin_rows : RADIUS;
     refit(&w, RADIUS, first, last, fma((floatV)FIT_NOISE, deviation, 2.0f * error),
-          fma((floatV)FIT_SLOPE_NOISE, deviation, FIT_ERROR * error), &found);
+          fma((floatV)FIT_SLOPE_NOISE, deviation, FIT_ERROR * error), &b, &found);
 #endif
 
+#if LENS
+    const vectorV m = plane_of(&ray, found.q, found.gx, found.gy);
+    const floatV nx = -m.x, ny = -m.y, nz = -m.z;
+#else
 #if PERSPECTIVE
     const floatV column = (vector_from(grid.pixel_x + x) - p.centre_x[0]) - p.centre_x[1];
     const float row = ((float)(grid.pixel_y + y) + 0.5f - p.centre_y[0]) - p.centre_y[1];
@@ -135,6 +165,7 @@ KERNEL void normals(__global const float* source, __global float* target, const 
 #endif
     const floatV nx = component(&p, 0, &found, along), ny = component(&p, 1, &found, along),
                  nz = component(&p, 2, &found, along);
+#endif
     // The vector is brought into [1, 2) by a power of two, so that squares neither overflow nor vanish, and is made one
     // long. After a step of Newton on the guess only roundings are left.
     const floatV largest = max(max(fabs(nx), fabs(ny)), fabs(nz));

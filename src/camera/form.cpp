@@ -22,9 +22,10 @@ using Real = long double;
 using Matrix4 = Eigen::Matrix<Real, 4, 4>;
 
 void check(const Camera& camera) {
-    require(!camera.lens, "the camera has the lens ", camera.lens ? to_string(camera.lens->law) : "",
-            ", and this takes straight rays only; linearize and unproject take lenses, and for all else undo the "
-            "distortion (docs/cameras.md)");
+    require(
+        !camera.lens, "the camera has the lens ", camera.lens ? to_string(camera.lens->law) : "",
+        ", and this takes straight rays only; linearize, unproject, normals, fog and dof_masks take lenses, and for "
+        "all else undo the distortion (docs/cameras.md)");
     require(camera.width > 0 && camera.height > 0, "a camera for ", camera.width, " x ", camera.height,
             " pixels: both must be at least 1");
     const auto [low, high] = camera.depth_range;
@@ -40,6 +41,7 @@ void check(const Camera& camera) {
     only(camera.scale > 0 || is_metric(encoding), "a scale below 0", "view-z, ray-distance and inverse");
     require(std::isfinite(camera.offset), "offset = ", camera.offset, " must be finite");
     only(camera.offset == 0 || encoding == inverse, "offset", "the inverse encoding");
+    require(camera.along != Along::cube, "along = cube is for cameras with a lens");
     only(camera.along == Along::axis || encoding == linear || encoding == inverse || encoding == inverse_range,
          "along = ray", "linear, inverse and inverse-range");
     only(!camera.from_near_plane || encoding == ray_distance, "from_near_plane", "the ray-distance encoding");
@@ -433,6 +435,49 @@ DepthForm depth_form(const Camera& camera, Storage storage) {
         form.reason = "1/z is affine in the stored value, with its pole inside or beside an uneven depth range";
     }
     return form;
+}
+
+Camera straightened(const Camera& camera) {
+    if (!camera.lens)
+        return camera;
+    const bool of_buffer = camera.encoding == Encoding::window; // of the pinhole whose picture was warped
+    require(!of_buffer || camera.lens->law == LensLaw::brown,
+            "the encoding window is of a projection, and the camera has the lens ", to_string(camera.lens->law),
+            "; say what the values are: view-z, ray-distance, linear, inverse or another one");
+    require(!camera.from_near_plane, "from_near_plane is of a projection, and the camera has the lens ",
+            to_string(camera.lens->law), "; leave it out");
+    require(camera.along == Along::axis || camera.encoding != Encoding::ray_distance,
+            "along = ", to_string(camera.along), " is not for the ray-distance encoding, which says it already");
+    Camera straight = camera;
+    straight.lens.reset();
+    straight.along = Along::axis;
+    if (of_buffer) {
+        const auto& m = camera.projection.matrix;
+        require(m(2, 0) == 0 && m(2, 1) == 0 && m(3, 0) == 0 && m(3, 1) == 0,
+                "the projection's near plane or its image plane is tilted, and the camera has a lens; its depth-buffer "
+                "values must depend on the depth alone");
+    } else {
+        straight.projection = perspective(1, 1, {1, 2}, camera.projection.convention);
+    }
+    if (camera.encoding == Encoding::ray_distance)
+        straight.encoding = Encoding::view_z;
+    return straight;
+}
+
+double forwards(const Camera& camera) {
+    return camera.projection.convention.view_axes == ViewAxes::opengl ? -1 : 1;
+}
+
+Along counted_along(const Camera& camera) {
+    return camera.encoding == Encoding::ray_distance ? Along::ray : camera.along;
+}
+
+bool has_plane_in_focus(const Camera& camera) {
+    return !camera.lens || camera.lens->law == LensLaw::brown;
+}
+
+Rays straight_rays(const Camera& camera) {
+    return camera.lens ? Rays{} : camera_rays(camera);
 }
 
 Rays camera_rays(const Camera& camera) {

@@ -8,6 +8,24 @@ inline bool is_float(Storage storage) {
     return storage == Storage::float32 || storage == Storage::float16;
 }
 
+/// The camera without its lens: its depth is the number that a value stored through the lens means, a distance along the ray or one
+/// along the axis. Itself without a lens.
+/// Throws: std::invalid_argument for values that only a projection has.
+Camera straightened(const Camera& camera);
+
+/// The sign of what lies ahead, in the third of the camera's own axes.
+double forwards(const Camera& camera);
+
+/// Along what a value stored through a lens counts.
+Along counted_along(const Camera& camera);
+
+/// Is a plane in focus, or with a lens that is no distorted pinhole a sphere around the camera? Circles follow the depth along the
+/// axis, or the distance along the ray.
+bool has_plane_in_focus(const Camera& camera);
+
+/// The camera's rays; none through a lens, which has none that are affine in the pixel.
+Rays straight_rays(const Camera& camera);
+
 /// Does decoding need the lengths of the camera's rays?
 bool is_along_ray(const DepthForm& form);
 

@@ -5,9 +5,11 @@
 
 #include <fathom/lens.hpp>
 
+#include "camera/form.hpp"
 #include "camera/rays.hpp"
 #include "description/check.hpp"
 #include "description/lens.hpp"
+#include "lens/camera_lens.hpp"
 #include "require.hpp"
 
 #include <cmath>
@@ -31,14 +33,20 @@ void require_acceptable(double acceptable_px) {
 
 // Lengths in scene units, but for the scale of the image.
 struct Optics {
-    CentreRays rays;
+    bool perspective;
+    Real centre_depth;
     Real aperture;
     Real focal_length; // 0 for an orthographic camera, where only the aperture counts
     Real image_scale;  // thin lens: pixels per scene unit on the sensor; otherwise the projection's, see PixelScale
     bool thin_lens;    // is k that of focal length and sensor, not the projection's?
 };
 
-PixelScale scale_of(const CentreRays& rays, const Camera& camera) {
+PixelScale scale_of(const Camera& camera) {
+    if (camera.lens) {
+        const Eigen::Vector2d pixel = lens::CameraLens(camera).pixel_on_axis();
+        return {1 / static_cast<Real>(pixel.x()), 1 / static_cast<Real>(pixel.y())};
+    }
+    const CentreRays rays = centre_rays(camera_rays(camera));
     const Vector3 middle(camera.width / Real{2}, camera.height / Real{2}, 1);
     if (!rays.perspective)
         return {1 / rays.origin.col(0).norm(), 1 / rays.origin.col(1).norm()};
@@ -54,10 +62,11 @@ PixelScale scale_of(const CentreRays& rays, const Camera& camera) {
 
 Optics optics(const Lens& lens, const Camera& camera) {
     describe_optics(description::Check{}, lens);
-    Optics result{centre_rays(camera_rays(camera)), 0, 0, 0, false};
+    const bool perspective = camera.lens || camera.projection.is_perspective();
+    Optics result{perspective, perspective ? straight_rays(camera).centre_depth : 0, 0, 0, 0, false};
     const Real unit = lens.mm_per_unit, number = lens.f_stop;
-    result.image_scale = scale_of(result.rays, camera).x;
-    if (!result.rays.perspective) {
+    result.image_scale = scale_of(camera).x;
+    if (!perspective) {
         require(lens.focal_length_mm.has_value(),
                 "orthographic rays have no focal length: the lens needs focal_length_mm for its aperture");
         result.aperture = *lens.focal_length_mm / (number * unit);
@@ -78,20 +87,20 @@ Optics optics(const Lens& lens, const Camera& camera) {
 } // namespace
 
 PixelScale pixel_scale(const Camera& camera) {
-    return scale_of(centre_rays(camera_rays(camera)), camera);
+    return scale_of(camera);
 }
 
 CircleOfConfusion circle_of_confusion(const Lens& lens, const Camera& camera) {
     const Optics o = optics(lens, camera);
-    const Real focus = lens.focus - o.rays.centre_depth;
+    const Real focus = lens.focus - o.centre_depth;
     require(!std::isnan(lens.focus) && focus > 0, "focus = ", lens.focus,
-            " must lie in front of the lens, which is at depth ", o.rays.centre_depth + 0); // and not at -0
+            " must lie in front of the lens, which is at depth ", o.centre_depth + 0); // and not at -0
     require(static_cast<double>(focus) > static_cast<double>(o.focal_length), "focus = ", lens.focus,
             " must be farther away than the focal length, which is ", o.focal_length, " scene units");
     const Real full = o.aperture * o.image_scale;
-    if (!o.rays.perspective)
+    if (!o.perspective)
         return {full, full / focus, 0, true};
-    const Real lens_depth = o.rays.centre_depth;
+    const Real lens_depth = o.centre_depth;
     if (!o.thin_lens)
         return {full / focus, full, lens_depth, false};
     const Real image = full * o.focal_length;
@@ -136,13 +145,21 @@ double hyperfocal_distance(const Lens& lens, const Camera& camera, double accept
     Lens anywhere = lens;
     anywhere.focus = static_cast<double>(infinity);
     const Optics o = optics(anywhere, camera);
-    require(o.rays.perspective, "orthographic rays have no hyperfocal distance: their circles grow without end");
+    require(o.perspective, "orthographic rays have no hyperfocal distance: their circles grow without end");
     const Real full = o.aperture * o.image_scale / acceptable_px;
     const Real distance = o.thin_lens ? o.focal_length + full * o.focal_length : full;
-    return static_cast<double>(o.rays.centre_depth + distance);
+    return static_cast<double>(o.centre_depth + distance);
 }
 
 double depth_along_ray(const Camera& camera, double x, double y, double distance) {
+    if (camera.lens) {
+        require(distance > 0, "distance = ", distance, " must be greater than 0");
+        const lens::CameraLens lens(camera);
+        const auto ray = lens.ray(x, y);
+        require(ray.has_value(), "pixel position (", x, ", ", y, ") has no ray");
+        return has_plane_in_focus(camera) ? distance * lens.ahead({(*ray)[0].value, (*ray)[1].value, (*ray)[2].value})
+                                          : distance;
+    }
     const CentreRays rays = centre_rays(camera_rays(camera));
     require(!std::isnan(distance) && (!rays.perspective || distance > 0), "distance = ", distance,
             " must be greater than 0");

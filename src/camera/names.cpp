@@ -43,7 +43,7 @@ const char* to_string(Form form) {
 }
 
 const char* to_string(Along along) {
-    return along == Along::axis ? "axis" : "ray";
+    return along == Along::axis ? "axis" : along == Along::ray ? "ray" : "cube";
 }
 
 } // namespace fathom

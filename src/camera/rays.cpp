@@ -27,6 +27,12 @@ CentreRays centre_rays(const Rays& rays) {
     return result;
 }
 
+Rays axes_of_view() {
+    Rays axes;
+    axes.direction.setIdentity();
+    return axes;
+}
+
 Rays rays_in_world(const Rays& rays, const Eigen::Matrix4d& view, const Eigen::Vector3d& origin) {
     require(view.allFinite() && view.row(3) == Eigen::RowVector4d(0, 0, 0, 1),
             "the view matrix must be finite with a fourth row of 0 0 0 1");

@@ -21,6 +21,10 @@ struct CentreRays {
 /// The rays of `camera_rays`, counted from the camera centre.
 CentreRays centre_rays(const Rays& rays);
 
+/// The axes of view space, as if they were the three columns of rays from the camera centre: what takes them elsewhere takes a lens's
+/// rays there.
+Rays axes_of_view();
+
 /// The same rays seen from the world, positions relative to `origin`.
 /// Throws: std::invalid_argument when the view matrix is not an invertible affine map.
 Rays rays_in_world(const Rays& rays, const Eigen::Matrix4d& view, const Eigen::Vector3d& origin);

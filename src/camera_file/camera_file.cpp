@@ -247,7 +247,9 @@ void check_parameters(const JsonObject& json, const Camera& camera) {
     };
     only("scale", is_metric(encoding), "\"view-z\", \"ray-distance\" and \"inverse\"");
     only("offset", encoding == inverse, "\"inverse\"");
-    only("along", encoding == linear || encoding == inverse || encoding == inverse_range,
+    only("along",
+         encoding == linear || encoding == inverse || encoding == inverse_range ||
+             (json.has("lens") && encoding != ray_distance),
          "\"linear\", \"inverse\" and \"inverse-range\"");
     only("from_near_plane", encoding == ray_distance, "\"ray-distance\"");
     const bool has_both =
@@ -401,7 +403,8 @@ CameraFile read(JsonObject json) {
     if (camera.scale == 0)
         json.refuse_value("scale", "must not be 0");
     camera.offset = json.number("offset").value_or(camera.offset);
-    camera.along = json.one_of<Along>("along", {{"axis", Along::axis}, {"ray", Along::ray}}).value_or(camera.along);
+    camera.along = json.one_of<Along>("along", {{"axis", Along::axis}, {"ray", Along::ray}, {"cube", Along::cube}})
+                       .value_or(camera.along);
     camera.from_near_plane = json.boolean("from_near_plane").value_or(false);
     camera.width = json.count("width").value_or(0);
     camera.height = json.count("height").value_or(0);
@@ -420,6 +423,15 @@ CameraFile read(JsonObject json) {
                                                                : Intrinsics{1, 1, 0, 0, width, height});
         };
         camera.lens = file.lens_for(std::max(size.width, 1), std::max(size.height, 1));
+        if (const auto map = camera.lens->map) { // read once, and for images of its size
+            file.lens_for = [model = *camera.lens](int, int) { return model; };
+            if ((camera.width && camera.width != map->width) || (camera.height && camera.height != map->height))
+                json.refuse_whole("is for " + std::to_string(camera.width) + " x " + std::to_string(camera.height) +
+                                  " pixels, and its map of rays has " + std::to_string(map->width) + " x " +
+                                  std::to_string(map->height));
+            camera.width = map->width;
+            camera.height = map->height;
+        }
         check_lens(camera, *camera.lens);
     }
     if (json.has("raw_lens")) {

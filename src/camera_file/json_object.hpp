@@ -35,6 +35,8 @@ public:
     /// The object under a key.
     JsonObject object(const std::string& key, const std::vector<std::string>& known) const;
 
+    const std::filesystem::path& file() const { return file_; }
+
     bool has(const std::string& key) const { return value_.contains(key); }
 
     /// Has the object under `object` this key?

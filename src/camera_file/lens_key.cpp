@@ -38,9 +38,16 @@ std::optional<LensLaw> law_of(const JsonObject& own) {
 std::optional<LensKey> read_lens_key(const JsonObject& json, Encoding encoding) {
     if (!json.has("lens"))
         return std::nullopt;
-    LensKey key{json.object("lens", {"model", "k", "longitude_deg", "latitude_deg"}), {}};
+    LensKey key{json.object("lens", {"model", "rays", "k", "longitude_deg", "latitude_deg"})};
     using enum LensLaw;
-    key.law = law_of(key.own);
+    if (const auto image = key.own.string("rays")) {
+        if (key.own.has("model"))
+            key.own.refuse_whole("has both \"model\" and \"rays\"; keep one");
+        key.law = rays;
+        key.rays = json.file().parent_path() / *image;
+    } else {
+        key.law = law_of(key.own);
+    }
     for (const char* each : {"longitude_deg", "latitude_deg"})
         if (key.own.has(each) && key.law != equirectangular)
             key.own.refuse_value(each, "is for the model \"equirectangular\"");
@@ -52,14 +59,26 @@ std::optional<LensKey> read_lens_key(const JsonObject& json, Encoding encoding) 
                               "\"; a lens stands beside \"intrinsics\"");
     if (key.has_projection() && json.has("intrinsics"))
         json.refuse_whole("has both \"intrinsics\" and a \"lens\" that needs none; leave \"intrinsics\" out");
-    if (key.law && encoding == Encoding::window)
+    if (key.law && key.law != brown && encoding == Encoding::window)
         json.refuse_whole(
             "has a \"lens\", and its values are a depth buffer's (\"encoding\": \"window\", the default), "
-            "which only a projection has; say what they are: \"view-z\" or \"ray-distance\"");
+            "which only a projection and \"brown\" have; say what they are: \"view-z\" or \"ray-distance\"");
     return key;
 }
 
+RayReader& ray_reader() {
+    static RayReader reader;
+    return reader;
+}
+
 LensModel lens_model(const LensKey& key, const Intrinsics& intrinsics) {
+    if (key.law == LensLaw::rays) {
+        if (!ray_reader())
+            key.own.refuse_value(
+                "rays",
+                "is an image, which this program has no reader for; link fathom::fathom_io and call import_camera");
+        return lens_of_rays(ray_reader()(key.rays));
+    }
     if (key.law != LensLaw::equirectangular)
         return {*key.law,      intrinsics.fx, intrinsics.fy,
                 intrinsics.cx, intrinsics.cy, key.own.list("k").value_or(std::vector<double>{})};
@@ -73,7 +92,7 @@ LensModel lens_model(const LensKey& key, const Intrinsics& intrinsics) {
 LensKey read_raw_lens(const JsonObject& json) {
     if (json.has("lens"))
         json.refuse_whole("has both \"lens\" and \"raw_lens\", which was undone; keep one");
-    LensKey key{json.object("raw_lens", {"model", "k", "intrinsics"}), {}};
+    LensKey key{json.object("raw_lens", {"model", "k", "intrinsics"})};
     key.law = law_of(key.own);
     if (key.has_projection())
         key.own.refuse_value("model", "has no distortion that could be undone");

@@ -4,6 +4,8 @@
 
 #include <fathom/camera.hpp>
 
+#include <filesystem>
+#include <functional>
 #include <optional>
 
 namespace fathom::io {
@@ -11,11 +13,16 @@ namespace fathom::io {
 /// What "lens" of a camera file says.
 struct LensKey {
     JsonObject own;
-    std::optional<LensLaw> law; ///< none: a cube's face, which is a pinhole of 90 degrees
+    std::filesystem::path rays = {}; ///< the file of a map of rays, which needs no model
+    std::optional<LensLaw> law = {}; ///< none: a cube's face, which is a pinhole of 90 degrees
 
     /// A panorama and a cube's face need no projection beside them.
-    bool has_projection() const { return !law || law == LensLaw::equirectangular; }
+    bool has_projection() const { return !law || law == LensLaw::equirectangular || law == LensLaw::rays; }
 };
+
+/// What reads a map of rays. The libraries of files set it, since it is an image.
+using RayReader = std::function<RayMap(const std::filesystem::path& file)>;
+RayReader& ray_reader();
 
 /// The lens; none where the file has none. Refused beside what only a projection has.
 std::optional<LensKey> read_lens_key(const JsonObject& json, Encoding encoding);

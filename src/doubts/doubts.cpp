@@ -364,7 +364,7 @@ Doubt sky_doubt(const Subject& subject) {
 // What `linearize` makes of stored values. The last bit may differ.
 auto decoder(const Camera& camera, const HostDepth& stored) {
     check_size(camera, stored);
-    const DepthForm form = depth_form(camera, stored.storage);
+    const DepthForm form = depth_form(straightened(camera), stored.storage);
     return [form, rays = is_along_ray(form) ? camera_rays(camera) : Rays{}](int x, int y, float value,
                                                                             std::uint32_t bits) {
         constexpr float invalid = std::numeric_limits<float>::quiet_NaN();
@@ -396,8 +396,10 @@ std::vector<std::string> doubts(const Subject& subject) {
     if (const Doubt refused = refusal(subject)) // whatever else is seen follows from it
         return {*refused};
     const Camera& camera = subject.camera;
-    if (camera.lens)
-        return {};
+    if (camera.lens) {
+        const Doubt bent = flat_surfaces_doubt(subject);
+        return bent ? std::vector{*bent} : std::vector<std::string>{};
+    }
     const bool distances = counts_distances(camera.encoding), float_distances = distances && is_float(subject.storage);
     std::vector<std::string> said;
     const auto add = [&](const Doubt& doubt) {
@@ -450,8 +452,6 @@ auto asked_of(const Camera& camera, const HostDepth& stored, const Ask& ask) {
 } // namespace
 
 std::vector<std::string> depth_doubts(const Camera& camera, const HostDepth& stored) {
-    if (camera.lens)
-        return {};
     return asked_of(camera, stored, doubts);
 }
 

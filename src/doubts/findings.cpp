@@ -3,6 +3,8 @@
 
 #include "camera/form.hpp"
 #include "doubts/stored_values.hpp"
+#include "lens/camera_lens.hpp"
+#include "lens/patches.hpp"
 #include "require.hpp"
 #include "text.hpp"
 
@@ -107,6 +109,19 @@ float of_ordered_bits(std::uint32_t bits) {
     return std::bit_cast<float>(bits >> 31 ? bits & 0x7fffffffu : ~bits);
 }
 
+LensFindings lens_findings(const Camera& camera) {
+    const lens::CameraLens lens(camera);
+    LensFindings found{.fold = lens.laws().fold()};
+    for (int y = 0; y < camera.height; ++y)
+        for (int x = 0; x < camera.width; ++x) {
+            const auto ray = lens.ray(x + 0.5, y + 0.5);
+            found.no_ray += !ray;
+            found.steep += ray && counted_along(camera) == Along::axis &&
+                           lens.ahead({(*ray)[0].value, (*ray)[1].value, (*ray)[2].value}) < lens::least_ahead();
+        }
+    return found;
+}
+
 } // namespace
 
 StoredStatistics stored_statistics(const HostDepth& stored) {
@@ -176,9 +191,10 @@ StoredStatistics statistics_of_parts(Storage storage, const EachPart& each_part)
     return result;
 }
 
-CameraFindings camera_findings(const Camera& camera, const HostDepth& stored, std::span<const float> depth) {
+CameraFindings camera_findings(const Camera& given, const HostDepth& stored, std::span<const float> depth) {
     const auto pixels = static_cast<std::size_t>(stored.width) * static_cast<std::size_t>(stored.height);
-    check_size(camera, stored);
+    check_size(given, stored);
+    const Camera camera = straightened(given);
     require(depth.empty() || depth.size() == pixels, "depth of ", depth.size(),
             " pixels; must be of the stored depth's ", pixels);
     const double right = camera.width, bottom = camera.height;
@@ -195,6 +211,8 @@ CameraFindings camera_findings(const Camera& camera, const HostDepth& stored, st
                         {"bottom left", attainable_depth(camera, 0, bottom)},
                         {"bottom right", attainable_depth(camera, right, bottom)}}},
     };
+    if (given.lens)
+        findings.lens = lens_findings(given);
     findings.range = range_of(camera, findings.bits, stored.storage);
     visit_values(stored, [&](float value, std::uint32_t bits) {
         const StoredKind kind = kind_of(findings.form, value, bits);
@@ -206,6 +224,7 @@ CameraFindings camera_findings(const Camera& camera, const HostDepth& stored, st
             static_cast<std::size_t>(std::ranges::count_if(depth, [](float z) { return std::isnan(z); }));
         findings.surfaces = surfaces_of(findings, depth);
     }
+    findings.camera = given;
     return findings;
 }
 

@@ -13,6 +13,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <numbers>
 #include <optional>
@@ -50,7 +51,7 @@ public:
     Decoder(const Camera& camera, const DepthForm& form) : form_(form), along_ray_(is_along_ray(form)) {
         if (!form.perspective)
             return;
-        const Rays rays = camera_rays(camera);
+        const Rays rays = straight_rays(camera);
         direction_ = rays.direction.cast<double>();
         ahead_ = rays.depth.cast<double>();
         centre_ = static_cast<double>(rays.centre_depth);
@@ -64,30 +65,36 @@ public:
     }
 
     PlaneQuantity quantity(const PlaneSample& at) const {
+        auto [z, change] = decoded(at.v);
+        if (along_ray_) {
+            const double stretch = std::sqrt(1 + at.x * at.x + at.y * at.y);
+            z = z / stretch + static_cast<double>(form_.offset);
+            change /= stretch;
+        }
+        if (!form_.perspective)
+            return {z, 1 / change};
+        z -= centre_;
+        return {1 / z, -z * z / change};
+    }
+
+    // What is stored, along the axis or along the ray, and its change with the value.
+    std::array<double, 2> decoded(double v) const {
         const auto value = [](const Affine& row, double v) {
             return static_cast<double>(row[0]) * v + static_cast<double>(row[3]);
         };
         double z, change; // of z with the value
         if (form_.form == Form::exponential) {
             const double rate = std::numbers::ln2 * static_cast<double>(form_.rate),
-                         power = std::expm1(rate * at.v + std::numbers::ln2 * static_cast<double>(form_.start)),
+                         power = std::expm1(rate * v + std::numbers::ln2 * static_cast<double>(form_.start)),
                          amplitude = static_cast<double>(form_.amplitude);
             z = amplitude * power + static_cast<double>(form_.offset);
             change = amplitude * rate * (power + 1);
         } else {
-            const double above = value(form_.numerator, at.v), below = value(form_.denominator, at.v);
+            const double above = value(form_.numerator, v), below = value(form_.denominator, v);
             z = above / below;
             change = (static_cast<double>(form_.numerator[0]) - static_cast<double>(form_.denominator[0]) * z) / below;
-            if (along_ray_) {
-                const double stretch = std::sqrt(1 + at.x * at.x + at.y * at.y);
-                z = z / stretch + static_cast<double>(form_.offset);
-                change /= stretch;
-            }
         }
-        if (!form_.perspective)
-            return {z, 1 / change};
-        z -= centre_;
-        return {1 / z, -z * z / change};
+        return {z, change};
     }
 
 private:
@@ -178,12 +185,101 @@ std::vector<Alternative> alternatives(const Camera& camera, Storage storage, boo
     return result;
 }
 
+// The descriptions of an image's values, the camera's own first: samples of a window, none where a pixel has no ray, and how bent
+// those that were chosen are under each, in stored units.
+struct Descriptions {
+    using Chosen = std::vector<int>;
+    using Samples = std::vector<PlaneSample>;
+
+    std::vector<Alternative> others;
+    std::function<std::optional<PlaneSample>(const Sampled& sampled, int i)> sample;
+    std::function<std::vector<double>(const Sampled& sampled, const Chosen& chosen, const Samples& samples)> misfits;
+};
+
+Descriptions of_straight_rays(const Camera& camera, Storage storage, const Decoder& decoder, bool perspective) {
+    std::vector<Alternative> others = alternatives(camera, storage, perspective);
+    std::optional<RawImage> raw;
+    if (camera.raw_lens && perspective) {
+        raw.emplace(camera, decoder);
+        others.push_back({Shape::affine, 0, ""});
+    }
+    return {others, [&decoder](const Sampled& sampled, int i) { return decoder.sample(sampled, i); },
+            [others, raw, &decoder](const Sampled& sampled, const Descriptions::Chosen&,
+                                    const Descriptions::Samples& samples) {
+                std::vector<PlaneQuantity> quantities;
+                for (const PlaneSample& each : samples)
+                    quantities.push_back(decoder.quantity(each));
+                std::vector<double> misfits{misfit(samples, quantities)};
+                for (const Alternative& other : others)
+                    misfits.push_back(other.meaning.empty() ? raw->misfit_of(sampled).value_or(misfits.front())
+                                                            : misfit(samples, other.shape, other.parameter));
+                return misfits;
+            }};
+}
+
+// Through a lens 1/distance is linear in the unit ray u over a plane, so that its quotient by u's part along the ray of the window's
+// middle is affine in the place where u meets the plane across that ray.
+Descriptions through_lens(const Camera& camera, const Decoder& decoder) {
+    struct Place {
+        double right, down, straight; // across the middle's ray, and along it
+        std::array<double, 3> stored; // the parts along what depth may count along, in the order of Along
+    };
+    const auto place = [rays = PixelRays(camera), forwards = forwards(camera)](const Window& window,
+                                                                               int i) -> std::optional<Place> {
+        const auto middle = rays.ray_of(window.left + window.width / 2.0, window.top + window.height / 2.0),
+                   ray = rays.ray_of(window.x(i) + 0.5, window.y(i) + 0.5);
+        if (!middle || !ray || !(middle->dot(*ray) > 0))
+            return std::nullopt;
+        const Eigen::Vector3d right = middle->unitOrthogonal(), down = middle->cross(right);
+        const double straight = middle->dot(*ray);
+        return Place{right.dot(*ray) / straight,
+                     down.dot(*ray) / straight,
+                     straight,
+                     {forwards * ray->z(), 1, ray->cwiseAbs().maxCoeff()}};
+    };
+    // In the order of Along.
+    std::vector<Alternative> others{
+        {Shape::reciprocal, 0, "distances along the view axis (\"encoding\": \"view-z\"); are they"},
+        {Shape::ray, 1, "distances along the rays (\"encoding\": \"ray-distance\"); are they"},
+        {Shape::offset, 0,
+         "distances along the axes of a cube's faces (\"encoding\": \"view-z\", \"along\": \"cube\"); are they"}};
+    std::vector<std::size_t> order{0, 1, 2}; // the camera's own first
+    const auto own = static_cast<std::size_t>(counted_along(camera));
+    std::swap(order.front(), order[own]);
+    std::swap(others.front(), others[own]);
+    others.erase(others.begin());
+    return {others,
+            [place](const Sampled& sampled, int i) -> std::optional<PlaneSample> {
+                const auto at = place(sampled.window, i);
+                if (!at)
+                    return std::nullopt;
+                return PlaneSample{0, 0, at->right, at->down,
+                                   static_cast<double>(sampled.values[static_cast<std::size_t>(i)])};
+            },
+            [place, order, &decoder](const Sampled& sampled, const Descriptions::Chosen& chosen,
+                                     const Descriptions::Samples& samples) {
+                std::array<std::vector<PlaneQuantity>, 3> quantities; // in the order of Along
+                for (std::size_t i = 0; i < samples.size(); ++i) {
+                    const Place at = *place(sampled.window, chosen[i]);
+                    const auto [length, change] = decoder.decoded(samples[i].v);
+                    for (std::size_t along = 0; along < quantities.size(); ++along) {
+                        const double inverse = at.stored[along] / (at.straight * length);
+                        quantities[along].push_back({inverse, -length / (inverse * change)});
+                    }
+                }
+                std::vector<double> misfits;
+                for (const std::size_t along : order)
+                    misfits.push_back(misfit(samples, quantities[along]));
+                return misfits;
+            }};
+}
+
 } // namespace
 
 std::optional<std::string> flat_surfaces_doubt(const Subject& subject) {
     const Camera& camera = subject.camera;
     const Storage storage = subject.storage;
-    const DepthForm form = depth_form(camera, storage);
+    const DepthForm form = depth_form(straightened(camera), storage);
     const bool of_pixel = // the values themselves change across the image, and z has more rounding than they have
         form.numerator[1] != 0 || form.numerator[2] != 0 || form.denominator[1] != 0 || form.denominator[2] != 0;
     const bool packed = pixel_bytes(storage) == 3 || storage == Storage::uint24_high; // elements are no numbers
@@ -194,30 +290,28 @@ std::optional<std::string> flat_surfaces_doubt(const Subject& subject) {
     const Rounding rounding{storage != Storage::float16 && std::isfinite(least) ? static_cast<double>(least) : 0,
                             storage == Storage::float16 ? 0x1p-10 : 0x1p-23};
     const Decoder decoder(camera, form);
-    std::vector<Alternative> others = alternatives(camera, storage, form.perspective);
-    std::optional<RawImage> raw;
-    if (camera.raw_lens && form.perspective) {
-        raw.emplace(camera, decoder);
-        others.push_back({Shape::affine, 0, ""});
-    }
+    const Descriptions descriptions =
+        camera.lens ? through_lens(camera, decoder) : of_straight_rays(camera, storage, decoder, form.perspective);
+    std::vector<Alternative> others = descriptions.others;
     float farthest = -std::numeric_limits<float>::infinity(); // with the sign that makes it the greatest
     for (const Sampled& sampled : subject.windows)
         for (const float value : sampled.values)
             if (std::isfinite(value))
                 farthest = std::max(farthest, form.farther * value);
     std::size_t places = 0; // without an edge, that tell descriptions apart
-    std::vector<PlaneSample> samples;
-    std::vector<PlaneQuantity> quantities;
-    std::vector<double> misfits;
+    Descriptions::Samples samples;
+    Descriptions::Chosen chosen;
     for (const Sampled& sampled : subject.windows) {
         samples.clear();
-        quantities.clear();
+        chosen.clear();
         for (int i = 0; i < Window::size; ++i) {
             const auto at = static_cast<std::size_t>(i);
             if (!std::isfinite(sampled.values[at]) || !std::isfinite(sampled.z[at]))
                 continue;
-            samples.push_back(decoder.sample(sampled, i));
-            quantities.push_back(decoder.quantity(samples.back()));
+            if (const auto sample = descriptions.sample(sampled, i)) {
+                samples.push_back(*sample);
+                chosen.push_back(i);
+            }
         }
         if (static_cast<double>(samples.size()) < least_samples)
             continue;
@@ -227,10 +321,7 @@ std::optional<std::string> flat_surfaces_doubt(const Subject& subject) {
             continue;
         // How bent it is under each description, in stored units, in which the storage rounds all of them alike: a surface that
         // is seen straight on does not rise at all under the right one.
-        misfits = {misfit(samples, quantities)};
-        for (const Alternative& other : others)
-            misfits.push_back(other.meaning.empty() ? raw->misfit_of(sampled).value_or(misfits.front())
-                                                    : misfit(samples, other.shape, other.parameter));
+        const std::vector<double> misfits = descriptions.misfits(sampled, chosen, samples);
         const double rounded = rounding.in(samples);
         if (!std::isfinite(misfits.front()))
             continue;

@@ -115,16 +115,10 @@ bool stands_apart(double number, Others others, bool has_depth, bool is_float) {
            (others.least - number > apart_of_range * range || (number > 0 && apart * number <= others.least));
 }
 
-// What counts numbers needs no rays.
-Camera without_lens(Camera camera) {
-    camera.lens.reset();
-    return camera;
-}
-
 } // namespace
 
 SharedNumbers::SharedNumbers(const Camera& camera, Storage storage)
-    : form_(depth_form(without_lens(camera), storage)),
+    : form_(depth_form(straightened(camera), storage)),
       counts_distances_(form_.perspective && counts_distances(camera.encoding)) {
     if (is_metric(camera.encoding))
         numbers = numbers_without_depth();

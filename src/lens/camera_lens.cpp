@@ -18,6 +18,11 @@ CameraLens::CameraLens(const Camera& camera) : model_(*camera.lens), laws_(model
         down_ = -1;
         first_ = camera.height;
     }
+    if (model_.map)
+        require(model_.cx <= 0 && model_.cy <= 0 && camera.width - model_.cx <= model_.map->width &&
+                    camera.height - model_.cy <= model_.map->height,
+                "the map of rays has ", model_.map->width, " x ", model_.map->height, " pixels, the camera ",
+                camera.width, " x ", camera.height);
     if (model_.law == LensLaw::equirectangular)
         turn_ = 2 * std::numbers::pi * model_.fx;
 }
@@ -29,6 +34,30 @@ std::optional<RayJets> CameraLens::ray(double x, double y) const {
     for (std::size_t i = 0; ray && i < 3; ++i)
         (*ray)[i] = (*ray)[i] * to_view_[static_cast<Eigen::Index>(i)];
     return ray;
+}
+
+void CameraLens::require_unfolded(int width, int height) const {
+    const auto& fold = laws_.fold();
+    if (!fold || fold->angle >= std::numbers::pi / 2)
+        return;
+    constexpr int across = 64; // places in a row and in a column
+    int beyond = 0;
+    for (int y = 0; y < across; ++y)
+        for (int x = 0; x < across; ++x)
+            beyond += !ray((x + 0.5) * width / across, (y + 0.5) * height / across);
+    require(2 * beyond <= across * across, "the lens ", to_string(law()), " folds ",
+            fold->angle * 180 / std::numbers::pi, " degrees from its axis, at a radius of ", fold->radius,
+            " focal lengths, where ", fold->coefficient, " bends it most, and ", 100 * beyond / (across * across),
+            " % of the image lie beyond; calibrate with points in its corners, or give the part that they surround");
+}
+
+Eigen::Vector2d CameraLens::pixel_on_axis() const {
+    const double x = model_.map ? model_.map->width / 2 + 0.5 : 0, y = model_.map ? model_.map->height / 2 + 0.5 : 0;
+    const auto found = laws_.ray(Jet(x, 1 / model_.fx, 0, 0), Jet(y, 0, 1 / model_.fy, 0));
+    require(found.has_value(),
+            "the map of rays has no ray in its middle, which gives a circle of confusion its pixels");
+    const RayJets& ray = *found;
+    return {std::hypot(ray[0].x, ray[1].x, ray[2].x), std::hypot(ray[0].y, ray[1].y, ray[2].y)};
 }
 
 std::optional<Eigen::Vector2d> CameraLens::pixel(const Eigen::Vector3d& direction) const {

@@ -21,6 +21,13 @@ public:
     /// A ray's part along the view axis.
     double ahead(const Eigen::Vector3d& ray) const { return to_view_.z() * ray.z(); }
 
+    /// Throws: std::invalid_argument where the lens folds within 90 degrees of its axis, and more than half of such an image lies
+    /// beyond. A fisheye's circle may cover less.
+    void require_unfolded(int width, int height) const;
+
+    /// Radians that a pixel on the axis is wide, and high.
+    Eigen::Vector2d pixel_on_axis() const;
+
     const Laws& laws() const { return laws_; }
     LensLaw law() const { return model_.law; }
 

@@ -8,6 +8,7 @@
 
 #include "lens/laws.hpp"
 
+#include "lens/ray_map.hpp"
 #include "lens/solve.hpp"
 #include "require.hpp"
 
@@ -19,10 +20,24 @@
 namespace fathom {
 
 const char* to_string(LensLaw law) {
-    static constexpr const char* names[] = {"brown",          "equidistant",   "equisolid",          "stereographic",
-                                            "opencv-fisheye", "double-sphere", "blender-polynomial", "equirectangular"};
-    static_assert(std::size(names) == static_cast<std::size_t>(LensLaw::equirectangular) + 1);
+    static constexpr const char* names[] = {
+        "brown",         "equidistant",        "equisolid",       "stereographic", "opencv-fisheye",
+        "double-sphere", "blender-polynomial", "equirectangular", "rays"};
+    static_assert(std::size(names) == static_cast<std::size_t>(LensLaw::rays) + 1);
     return names[static_cast<std::size_t>(law)];
+}
+
+LensModel lens_of_rays(RayMap map) {
+    require(map.width > 0 && map.height > 0 &&
+                map.rays.size() == 3 * static_cast<std::size_t>(map.width) * static_cast<std::size_t>(map.height),
+            "a map of rays of ", map.width, " x ", map.height, " pixels has ", map.rays.size(),
+            " floats; it must have three a pixel");
+    return {.law = LensLaw::rays,
+            .fx = 1,
+            .fy = 1,
+            .cx = 0,
+            .cy = 0,
+            .map = std::make_shared<const RayMap>(std::move(map))};
 }
 
 namespace lens {
@@ -61,6 +76,8 @@ void check(const LensModel& model) {
         require(std::isfinite(value) && value > 0, "the lens's ", key, " = ", value, " must be greater than 0");
     require(std::isfinite(model.cx) && std::isfinite(model.cy), "the lens's cx = ", model.cx, " and cy = ", model.cy,
             " must be finite");
+    require((model.law == LensLaw::rays) == (model.map != nullptr), "the lens ", name,
+            model.map ? " takes no map of rays" : " needs a map of rays");
     if (model.law == LensLaw::double_sphere)
         require(std::abs(model.k[0]) < 1 && model.k[1] >= 0 && model.k[1] < 1,
                 "the lens double-sphere has xi = ", model.k[0], " and alpha = ", model.k[1],
@@ -195,6 +212,8 @@ std::optional<RayJets> Laws::ray(const Jet& u, const Jet& v) const {
         const Jet s = (m * xi + sqrt(m * m + (one - xi * xi) * square)) / (m * m + square);
         return RayJets{s * u, s * v, s * m - xi};
     }
+    case LensLaw::rays:
+        return mapped_ray(*model_.map, u, v);
     case LensLaw::equirectangular: // beyond a pole the other side follows
         return RayJets{cos(v) * sin(u), sin(v), cos(v) * cos(u)};
     default: {
@@ -247,6 +266,8 @@ std::optional<Eigen::Vector2d> Laws::image(const Eigen::Vector3d& direction) con
         const double second = std::hypot(across, xi + z), under = alpha * second + (1 - alpha) * (xi + z);
         return Eigen::Vector2d(x / under, y / under);
     }
+    case LensLaw::rays:
+        return mapped_pixel(*model_.map, direction / length);
     case LensLaw::equirectangular:
         return Eigen::Vector2d(std::atan2(x, z), std::atan2(y, std::hypot(x, z)));
     default: {

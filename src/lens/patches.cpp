@@ -87,7 +87,7 @@ public:
         int shift = tile_shift;
         for (int y = 0; y < height_; y += tile_side)
             for (int x = 0; x < width_; x += tile_side) {
-                shift = std::min(shift + 1, tile_shift); // neighbours are alike
+                shift = lens_.law() == LensLaw::rays ? 0 : std::min(shift + 1, tile_shift); // neighbours are alike
                 while (shift > 0 && !fits(x, y, shift))
                     --shift;
                 patches_.tiles.push_back(add(x, y, shift));
@@ -188,6 +188,7 @@ std::array<Eigen::Vector3d, 3> Patches::at(double x, double y) const {
 }
 
 Patches patches_of(const CameraLens& lens, int width, int height, bool along_axis) {
+    lens.require_unfolded(width, height);
     return Builder(lens, width, height, along_axis).made();
 }
 

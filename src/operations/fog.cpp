@@ -2,12 +2,16 @@
 
 #include <fathom/fog.hpp>
 
+#include "camera/form.hpp"
 #include "camera/rays.hpp"
 #include "description/check.hpp"
 #include "description/fog.hpp"
+#include "operations/lens_table.hpp"
 #include "operations/parameters.hpp"
 #include "require.hpp"
 #include "runtime/launched.hpp"
+
+#include <Eigen/Geometry>
 
 #include <cmath>
 #include <limits>
@@ -39,6 +43,20 @@ Rays from_centre(const Rays& rays) {
             .centre_depth = centred.centre_depth};
 }
 
+// What kernels/fog/fog.cl reads of a lens's rays: as y, how much a unit of their length rises in the world.
+LensAxes rise_of_rays(const Camera& camera, const FogOptions& options) {
+    LensAxes axes;
+    if (options.height_falloff > 0) {
+        const Eigen::RowVector3d rise =
+            options.up.normalized().transpose() *
+            rays_in_world(axes_of_view(), *camera.view, Eigen::Vector3d::Zero()).direction.cast<double>();
+        axes.turn.row(0) = rise.unitOrthogonal(); // two that have a way back, whatever the third is
+        axes.turn.row(1) = rise;
+        axes.turn.row(2) = axes.turn.row(0).cross(rise);
+    }
+    return axes;
+}
+
 Real log2_of(Real density) {
     return density > 0 ? std::log2(density) : nothing;
 }
@@ -53,6 +71,8 @@ params::fog_params fog_parameters(const Camera& camera, const Rays& centred, con
         const Real falloff = options.height_falloff * per_ln_2;
         Eigen::Matrix<Real, 1, 3> at_centre = -falloff * (up * world.origin),
                                   per_step = -falloff * (up * world.direction);
+        if (camera.lens) // whose rays come as how much they rise
+            per_step << 0, -falloff, 0;
         at_centre(2) += falloff * options.reference_height + log2_of(density);
         for (int i = 0; i < 3; ++i) {
             p.at_centre[i] = pack_wide(at_centre(i), arithmetic);
@@ -78,24 +98,25 @@ void fog(const StoredDepth& stored, const Image& color, const Image& result, con
                  {{"the stored depth", stored.image}, {"color", color}});
     const Device& device = stored.image.device();
     const Arithmetic arithmetic = device.options().arithmetic;
-    const DepthForm form = depth_form(stored.camera, stored.storage);
-    const Rays rays = camera_rays(stored.camera), centred = from_centre(rays);
+    const DepthForm form = depth_form(straightened(stored.camera), stored.storage);
+    const Rays rays = straight_rays(stored.camera), centred = stored.camera.lens ? axes_of_view() : from_centre(rays);
+    const KernelLens lens(device, stored.camera,
+                          stored.camera.lens ? rise_of_rays(stored.camera, options) : LensAxes{});
 
     const int width = result.width(), height = result.height(), vector_width = vector_width_for(device, width);
     const bool stream = result.element() == Element::f32 && worth_streaming(result, vector_width);
-    auto defines = decoder_defines(form, rays, stored.storage, vector_width, stream);
+    auto defines = lens.with_lens(decoder_defines(form, rays, stored.storage, vector_width, stream));
     defines.insert(defines.end(), {{"CHANNELS", color.channels()},
                                    {"ELEMENT", element_define(color.element())},
                                    {"HEIGHT", options.height_falloff > 0},
                                    {"START", options.start > 0},
                                    {"PREMULTIPLIED", options.alpha == FogAlpha::premultiplied}});
     const runtime::Launched launched(device, launch);
-    runtime::launch(device, runtime::kernel(device, "fog", defines), range_of(width, height, vector_width),
-                    stored.image, color, result, grid_parameters(stored, result, 0, width),
-                    params::source_params{color.offset(), to_u32(color.row_stride()), to_u32(color.channels())},
-                    depth_parameters(form, stored.storage, Background::inf, arithmetic),
-                    ray_parameters(rays, arithmetic), ray_parameters(centred, arithmetic),
-                    fog_parameters(stored.camera, centred, options, arithmetic));
+    lens.launch(device, runtime::kernel(device, "fog", defines), range_of(width, height, vector_width), stored.image,
+                color, result, grid_parameters(stored, result, 0, width),
+                params::source_params{color.offset(), to_u32(color.row_stride()), to_u32(color.channels())},
+                depth_parameters(form, stored.storage, Background::inf, arithmetic), ray_parameters(rays, arithmetic),
+                ray_parameters(centred, arithmetic), fog_parameters(stored.camera, centred, options, arithmetic));
     launched.done();
 }
 

@@ -24,12 +24,12 @@ public:
             bits_ = 0x7fc00000;
         else if (storage == Storage::float16)
             bits_ = 0x7e00;
-        else if (const DepthForm form = depth_form(camera, storage); form.missing)
+        else if (const DepthForm form = depth_form(straightened(camera), storage); form.missing)
             bits_ = form.missing;
         else
             used_.resize(static_cast<std::size_t>(storage_max(storage)) + 1);
         if (!bits_)
-            if (const auto background = depth_form(camera, storage).background)
+            if (const auto background = depth_form(straightened(camera), storage).background)
                 used_[*background] = true;
     }
 

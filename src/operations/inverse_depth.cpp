@@ -2,7 +2,9 @@
 
 #include "operations/inverse_depth.hpp"
 
+#include "camera/form.hpp"
 #include "operations/bands.hpp"
+#include "operations/lens_table.hpp"
 #include "operations/parameters.hpp"
 
 namespace fathom {
@@ -21,8 +23,7 @@ std::size_t inverse_depth_bytes(int width, int height) {
     return Image::allocation(Element::f32, with_margin(width, height));
 }
 
-Image inverse_depth(runtime::Scratch& scratch, const StoredDepth& stored, const CentreRays& rays,
-                    Background background) {
+Image inverse_depth(runtime::Scratch& scratch, const StoredDepth& stored, Background background) {
     check_stored(stored);
     const int width = stored.image.width(), height = stored.image.height();
     constexpr int columns = params::depth_margin_columns, rows = params::depth_margin_rows;
@@ -30,21 +31,21 @@ Image inverse_depth(runtime::Scratch& scratch, const StoredDepth& stored, const 
     const Image result = scratch.image(Element::f32, padded).region(columns, rows, width, height);
     const Device& device = stored.image.device();
     const Arithmetic arithmetic = device.options().arithmetic;
-    const DepthForm form = depth_form(stored.camera, stored.storage);
-    const Rays view = camera_rays(stored.camera);
+    const DepthForm form = depth_form(straightened(stored.camera), stored.storage);
+    const Rays view = straight_rays(stored.camera);
+    const KernelLens lens(device, stored.camera);
     const int vector_width = vector_width_for(device, width);
-    runtime::Defines defines = decoder_defines(form, view, stored.storage, vector_width, false);
-    defines.emplace_back("PERSPECTIVE", rays.perspective);
+    runtime::Defines defines = lens.with_lens(decoder_defines(form, view, stored.storage, vector_width, false));
+    defines.emplace_back("PERSPECTIVE", form.perspective);
     runtime::Kernel& kernel = runtime::kernel(device, "inverse_depth", defines);
-    runtime::launch(device, kernel, range_of(width, padded.height, vector_width), stored.image, result,
-                    grid_parameters(stored, result, 0, width),
-                    depth_parameters(form, stored.storage, background, arithmetic), ray_parameters(view, arithmetic));
+    lens.launch(device, kernel, range_of(width, padded.height, vector_width), stored.image, result,
+                grid_parameters(stored, result, 0, width),
+                depth_parameters(form, stored.storage, background, arithmetic), ray_parameters(view, arithmetic));
     return result;
 }
 
 void over_inverse_depth(
-    const StoredDepth& stored, const CentreRays& rays, Background background, int reach, std::string_view what,
-    const Image& result,
+    const StoredDepth& stored, Background background, int reach, std::string_view what, const Image& result,
     const std::function<void(const Image& depth, const Image& made, const params::grid_params& grid)>& run) {
     const int width = stored.image.width(), height = stored.image.height();
     const RowNeeds rows{
@@ -59,7 +60,7 @@ void over_inverse_depth(
          bands(rows, budget_of(stored.image.device()), text(what, " of ", ImageSize{width, height}, " pixels"))) {
         runtime::Scratch scratch(result.device());
         const StoredDepth part = stored.region(0, band.first, width, band.last - band.first);
-        const Image depth = inverse_depth(scratch, part, rays, background),
+        const Image depth = inverse_depth(scratch, part, background),
                     made = result.region(0, band.begin, width, band.end - band.begin);
         params::grid_params grid =
             grid_parameters({depth, stored.camera, Storage::float32, part.x, part.y}, made, 0, width);

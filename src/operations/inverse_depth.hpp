@@ -1,7 +1,6 @@
 #pragma once
 
 #include "camera/inverse_depth_error.hpp"
-#include "camera/rays.hpp"
 
 #include "params.h"
 #include "runtime/scratch.hpp"
@@ -17,8 +16,7 @@ namespace fathom {
 /// Inverse depth (see CentreRays) of every pixel: one float, NaN for an invalid pixel; 0 or −infinity for the background,
 /// or NaN, too. A pass of the operations that compare neighbouring depths. Around the image lie invalid pixels, three on
 /// every side, so that their kernels need not ask where it ends.
-Image inverse_depth(runtime::Scratch& scratch, const StoredDepth& stored, const CentreRays& rays,
-                    Background background = Background::inf);
+Image inverse_depth(runtime::Scratch& scratch, const StoredDepth& stored, Background background = Background::inf);
 
 /// Bytes of such an image.
 std::size_t inverse_depth_bytes(int width, int height);
@@ -28,8 +26,7 @@ std::size_t inverse_depth_bytes(int width, int height);
 /// they are all of them.
 /// Throws: Error that names the budget that `what` needs.
 void over_inverse_depth(
-    const StoredDepth& stored, const CentreRays& rays, Background background, int reach, std::string_view what,
-    const Image& result,
+    const StoredDepth& stored, Background background, int reach, std::string_view what, const Image& result,
     const std::function<void(const Image& depth, const Image& made, const params::grid_params& grid)>& run);
 
 } // namespace fathom

@@ -3,6 +3,7 @@
 #include <fathom/lens_arguments.hpp>
 
 #include "camera/circle_form.hpp"
+#include "camera/form.hpp"
 #include "description/check.hpp"
 #include "description/lens.hpp"
 #include "require.hpp"
@@ -91,9 +92,9 @@ double focus_of(const LensArguments& lens, const StoredDepth& stored) {
 CircleOfConfusion circle_for(const LensArguments& lens, const StoredDepth& stored) {
     check_exclusions(lens, LensWords{}.option);
     if (lens.circle) {
-        const DepthForm form = depth_form(stored.camera, stored.storage);
+        const DepthForm form = depth_form(straightened(stored.camera), stored.storage);
         const CircleOfConfusion circle{(*lens.circle)[0], (*lens.circle)[1],
-                                       form.perspective ? camera_rays(stored.camera).centre_depth : 0,
+                                       form.perspective ? straight_rays(stored.camera).centre_depth : 0,
                                        !form.perspective};
         check_circle(circle, form);
         return circle;

@@ -2,15 +2,20 @@
 
 #include "operations/lens_table.hpp"
 
+#include "camera/form.hpp"
 #include "lens/patches.hpp"
 #include "operations/parameters.hpp"
-#include "require.hpp"
 #include "runtime/kept.hpp"
+
+#include <Eigen/LU>
 
 #include <bit>
 
 namespace fathom {
 namespace {
+
+static_assert(static_cast<int>(Along::axis) == ALONG_AXIS && static_cast<int>(Along::ray) == ALONG_RAY &&
+              static_cast<int>(Along::cube) == ALONG_CUBE);
 
 using Bits = std::uint64_t;
 
@@ -19,6 +24,7 @@ struct LensKey {
     std::array<Bits, 7> numbers;
     std::array<Bits, 13> coefficients; // how many, and they
     std::array<Bits, 9> turn;
+    Bits map; // where it lies, which the table keeps
 };
 
 constexpr auto bits_of_number = [](double value) { return std::bit_cast<Bits>(value); };
@@ -30,56 +36,44 @@ LensKey key_of(const Camera& camera, bool along_axis, const Eigen::Matrix3d& tur
     LensKey key{{choices, static_cast<Bits>(camera.width), static_cast<Bits>(camera.height), bits_of_number(lens.fx),
                  bits_of_number(lens.fy), bits_of_number(lens.cx), bits_of_number(lens.cy)},
                 {lens.k.size()},
-                {}};
+                {},
+                reinterpret_cast<std::uintptr_t>(lens.map.get())};
     std::ranges::transform(lens.k, key.coefficients.begin() + 1, bits_of_number);
     std::ranges::transform(turn.reshaped(), key.turn.begin(), bits_of_number);
     return key;
 }
 
-bool counts_along_axis(const Camera& camera) {
-    return camera.encoding != Encoding::ray_distance && camera.along == Along::axis;
-}
-
-// The lens's own depths are distances, whichever way they count; what turns stored values into them is that of a pinhole.
-DepthForm form_of_distances(const Camera& camera, Storage storage) {
-    require(camera.encoding != Encoding::window, "the encoding window is of a projection, and the camera has the lens ",
-            to_string(camera.lens->law),
-            "; say what the values are: view-z, ray-distance, linear, inverse or another one");
-    require(!camera.from_near_plane, "from_near_plane is of a projection, and the camera has the lens ",
-            to_string(camera.lens->law), "; leave it out");
-    Camera straight = camera;
-    straight.lens.reset();
-    straight.along = Along::axis;
-    straight.projection = perspective(1, 1, {1, 2}, camera.projection.convention);
-    if (camera.encoding == Encoding::ray_distance)
-        straight.encoding = Encoding::view_z;
-    return depth_form(straight, storage);
-}
-
 } // namespace
 
-ThroughLens::ThroughLens(const StoredDepth& stored, const Eigen::Matrix3d& turn, const Eigen::Vector3d& centre,
-                         int vector_width, bool stream)
-    : form(form_of_distances(stored.camera, stored.storage)) {
-    const Camera& camera = stored.camera;
-    const Device& device = stored.image.device();
-    const bool along_axis = counts_along_axis(camera);
+KernelLens::KernelLens(const Device& device, const Camera& camera, const LensAxes& axes) {
+    if (!camera.lens)
+        return;
+    along_ = counted_along(camera);
+    const bool along_axis = along_ == Along::axis || has_plane_in_focus(camera);
     const lens::CameraLens lens(camera); // refuses what is none, also where the table is kept
-    table = runtime::kept<LensTable>(device, key_of(camera, along_axis, turn), [&] {
+    table_ = runtime::kept<LensTable>(device, key_of(camera, along_axis, axes.turn), [&] {
         const lens::Patches patches = lens::patches_of(lens, camera.width, camera.height, along_axis);
-        return std::make_shared<const LensTable>(LensTable{
-            runtime::table(device, Element::u32, patches.tiles),
-            runtime::table(device, Element::f32, lens::patch_floats(patches, lens, turn)), patches.tiles_across});
+        return std::make_shared<const LensTable>(
+            LensTable{runtime::table(device, Element::u32, patches.tiles),
+                      runtime::table(device, Element::f32, lens::patch_floats(patches, lens, axes.turn)),
+                      patches.tiles_across, camera.lens->map});
     });
-    parameters = {};
+    const Eigen::Matrix3d to_view = axes.turn.inverse();
     for (int i = 0; i < 3; ++i) {
-        parameters.centre[i][0] = static_cast<float>(centre[i]);
-        parameters.centre[i][1] = static_cast<float>(centre[i] - static_cast<double>(parameters.centre[i][0]));
+        for (int j = 0; j < 3; ++j)
+            parameters_.to_view[i][j] = pack_wide(to_view(i, j), device.options().arithmetic);
+        parameters_.centre[i][0] = static_cast<float>(axes.centre[i]);
+        parameters_.centre[i][1] = static_cast<float>(axes.centre[i] - static_cast<double>(parameters_.centre[i][0]));
     }
-    parameters.least_ahead = static_cast<float>(lens::least_ahead());
-    parameters.tiles = to_u32(table->tiles_across);
-    defines = decoder_defines(form, Rays{}, stored.storage, vector_width, stream);
-    defines.emplace_back("ALONG_AXIS", along_axis);
+    parameters_.least_ahead = static_cast<float>(lens::least_ahead());
+    parameters_.tiles = to_u32(table_->tiles_across);
+}
+
+runtime::Defines KernelLens::with_lens(runtime::Defines defines) const {
+    defines.emplace_back("LENS", static_cast<bool>(table_));
+    if (table_)
+        defines.emplace_back("ALONG", static_cast<int>(along_));
+    return defines;
 }
 
 } // namespace fathom

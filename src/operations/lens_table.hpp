@@ -15,22 +15,42 @@ struct LensTable {
 
     runtime::Table tiles, nodes;
     int tiles_across;
+    std::shared_ptr<const RayMap> map; ///< that it was made of
 
     std::size_t bytes() const {
         return 4 * (static_cast<std::size_t>(tiles.count) + static_cast<std::size_t>(nodes.count));
     }
 };
 
-/// What a kernel takes to decode depth through a lens.
-struct ThroughLens {
-    DepthForm form; ///< gives distances along the ray, or along the axis
-    std::shared_ptr<const LensTable> table;
-    params::lens_params parameters;
-    runtime::Defines defines; ///< beside CHANNELS or AS_DISTANCE
+/// The axes of a result: from the camera's view space, and back again, and the camera centre in them.
+struct LensAxes {
+    Eigen::Matrix3d turn = Eigen::Matrix3d::Identity();
+    Eigen::Vector3d centre = Eigen::Vector3d::Zero();
+};
 
-    /// `turn`: from the camera's view space to the axes of the result; `centre`: of the camera, there.
-    ThroughLens(const StoredDepth& stored, const Eigen::Matrix3d& turn, const Eigen::Vector3d& centre, int vector_width,
-                bool stream);
+/// The lens of a camera, or none, as a kernel that is built for LENS takes it.
+class KernelLens {
+public:
+    KernelLens(const Device& device, const Camera& camera, const LensAxes& axes = {});
+
+    /// LENS, and what else a lens is built for.
+    runtime::Defines with_lens(runtime::Defines defines) const;
+
+    /// Starts the kernel with the lens behind its other arguments.
+    template <typename... Arguments>
+    void launch(const Device& device, runtime::Kernel& kernel, runtime::Range range,
+                const Arguments&... arguments) const {
+        if (table_)
+            runtime::launch(device, kernel, range, arguments..., table_->tiles.on(device), table_->nodes.on(device),
+                            parameters_);
+        else
+            runtime::launch(device, kernel, range, arguments...);
+    }
+
+private:
+    Along along_ = Along::axis;
+    std::shared_ptr<const LensTable> table_;
+    params::lens_params parameters_{};
 };
 
 } // namespace fathom

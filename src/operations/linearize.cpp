@@ -18,23 +18,15 @@ void run(const StoredDepth& stored, const Image& result, const LinearizeOptions&
     const Arithmetic arithmetic = device.options().arithmetic;
     const bool as_distance = options.as == Along::ray;
     const runtime::Range range = range_of(end - begin, result.height(), vector_width);
-    if (stored.camera.lens) {
-        ThroughLens lens(stored, Eigen::Matrix3d::Identity(), Eigen::Vector3d::Zero(), vector_width, stream);
-        lens.defines.emplace_back("AS_DISTANCE", as_distance);
-        runtime::launch(device, runtime::kernel(device, "lens_linearize", lens.defines), range, stored.image, result,
-                        lens.table->tiles.on(device), lens.table->nodes.on(device),
-                        grid_parameters(stored, result, begin, end),
-                        depth_parameters(lens.form, stored.storage, options.background, arithmetic), lens.parameters);
-        return;
-    }
-    const DepthForm form = depth_form(stored.camera, stored.storage);
-    const Rays view = as_distance || is_along_ray(form) ? camera_rays(stored.camera) : Rays{};
-    runtime::Defines defines = decoder_defines(form, view, stored.storage, vector_width, stream);
+    const DepthForm form = depth_form(straightened(stored.camera), stored.storage);
+    const Rays view = as_distance || is_along_ray(form) ? straight_rays(stored.camera) : Rays{};
+    const KernelLens lens(device, stored.camera);
+    runtime::Defines defines = lens.with_lens(decoder_defines(form, view, stored.storage, vector_width, stream));
     defines.emplace_back("AS_DISTANCE", as_distance);
-    runtime::Kernel& kernel = runtime::kernel(device, "linearize", defines);
-    runtime::launch(device, kernel, range, stored.image, result, grid_parameters(stored, result, begin, end),
-                    depth_parameters(form, stored.storage, options.background, arithmetic),
-                    ray_parameters(view, arithmetic));
+    lens.launch(device, runtime::kernel(device, "linearize", defines), range, stored.image, result,
+                grid_parameters(stored, result, begin, end),
+                depth_parameters(form, stored.storage, options.background, arithmetic),
+                ray_parameters(view, arithmetic));
 }
 
 // Groups that overlap would decode a pixel twice, so the columns after the last whole group are done pixel by pixel.

@@ -2,9 +2,12 @@
 
 #include "operations/normals.hpp"
 
+#include "camera/form.hpp"
 #include "description/check.hpp"
 #include "description/normals.hpp"
+#include "lens/camera_lens.hpp"
 #include "operations/cheapest.hpp"
+#include "operations/lens_table.hpp"
 #include "operations/parameters.hpp"
 #include "require.hpp"
 #include "runtime/launched.hpp"
@@ -56,16 +59,22 @@ Columns columns_of(const Rays::Matrix& direction) {
 
 } // namespace
 
-int window_radius(const CentreRays& rays, double noise) {
+int window_radius(const Camera& camera, double noise) {
     if (noise == 0)
         return normals_reach_least_squares;
-    if (!rays.perspective) // whose error depends on the depth
-        return 5;
+    Eigen::Vector2d angle; // of a pixel across and down, where it is largest in a pinhole, and on the axis of a lens
+    if (camera.lens) {
+        angle = lens::CameraLens(camera).pixel_on_axis();
+    } else {
+        const CentreRays rays = centre_rays(camera_rays(camera));
+        if (!rays.perspective) // whose error depends on the depth
+            return 5;
+        const Columns columns = columns_of(rays.direction);
+        angle = {static_cast<double>(columns.right.norm() / columns.ahead.norm()),
+                 static_cast<double>(columns.down.norm() / columns.ahead.norm())};
+    }
     // A slope is off by the noise over the root of the sum of x^2 in the window, and the normal by that over a pixel's angle.
-    const Columns columns = columns_of(rays.direction);
-    const double right = static_cast<double>(columns.right.norm() / columns.ahead.norm()),
-                 down = static_cast<double>(columns.down.norm() / columns.ahead.norm());
-    const double one_pixel = std::sqrt(std::numbers::pi) / 2 * noise * std::hypot(1 / right, 1 / down);
+    const double one_pixel = std::sqrt(std::numbers::pi) / 2 * noise * std::hypot(1 / angle.x(), 1 / angle.y());
     for (const int radius : {3, 5}) {
         const double side = 2 * radius + 1, sum = side * side * radius * (radius + 1) / 3;
         if (one_pixel / std::sqrt(sum) <= normals_noise_error_deg * std::numbers::pi / 180)
@@ -74,9 +83,9 @@ int window_radius(const CentreRays& rays, double noise) {
     return normals_reach_noise;
 }
 
-params::normal_params normal_parameters(const CentreRays& rays, const InverseDepthError& error,
-                                        const NormalsOptions& options) {
-    params::normal_params p{};
+namespace {
+
+void set_rays(params::normal_params& p, const CentreRays& rays) {
     Vector right = rays.origin.col(0), down = rays.origin.col(1), ahead = rays.direction.col(2);
     if (rays.perspective) {
         const Columns columns = columns_of(rays.direction);
@@ -93,6 +102,15 @@ params::normal_params normal_parameters(const CentreRays& rays, const InverseDep
         p.of_slope_y[i] = static_cast<float>(of_y(i) * scale);
         p.of_depth[i] = static_cast<float>(of_depth(i) * scale);
     }
+}
+
+} // namespace
+
+params::normal_params normal_parameters(const CentreRays* rays, const InverseDepthError& error,
+                                        const NormalsOptions& options) {
+    params::normal_params p{};
+    if (rays)
+        set_rays(p, *rays);
     const auto times = static_cast<float>(options.tolerance);
     p.error_constant = error.constant * times;
     p.error_linear = error.linear * times;
@@ -100,6 +118,18 @@ params::normal_params normal_parameters(const CentreRays& rays, const InverseDep
     p.noise = static_cast<float>(options.noise);
     return p;
 }
+
+namespace {
+
+// Through a lens that of the number that is stored; a distance is up to the square root of three times one along a cube's axis.
+InverseDepthError error_of(const Camera& camera, Storage storage) {
+    InverseDepthError error = inverse_depth_error(straightened(camera), storage);
+    if (camera.lens && counted_along(camera) == Along::cube)
+        error.quadratic *= std::numbers::sqrt3_v<float>;
+    return error;
+}
+
+} // namespace
 
 NormalMethod chosen_method(const NormalsOptions& options, const Tile& tile) {
     if (const auto method = std::get<NormalMethod>(options.method); method != NormalMethod::automatic)
@@ -113,27 +143,33 @@ void normals(const StoredDepth& stored, const Image& result, const NormalsOption
         return normals(stored, result, chosen(stored, options), launch);
     check_result(stored, result, options.channels);
     const Device& device = stored.image.device();
-    const Rays view = camera_rays(stored.camera);
-    const CentreRays rays = centre_rays(view);
-    const CentreRays target = options.space == Space::world
-                                  ? centre_rays(rays_in_world(view, *stored.camera.view, Eigen::Vector3d::Zero()))
-                                  : rays;
+    const Camera& camera = stored.camera;
+    const auto in_target = [&](const Rays& rays) {
+        return options.space == Space::world ? rays_in_world(rays, *camera.view, Eigen::Vector3d::Zero()) : rays;
+    };
+    LensAxes axes;
+    std::optional<CentreRays> target;
+    if (camera.lens)
+        axes.turn = in_target(axes_of_view()).direction.cast<double>();
+    else
+        target = centre_rays(in_target(camera_rays(camera)));
+    const KernelLens lens(device, camera, axes);
     const int width = result.width();
     const runtime::Launched launched(device, launch);
     const bool fitted = chosen_method(options, stored) == NormalMethod::least_squares;
     const int vector_width = vector_width_for(device, width);
-    const runtime::Defines defines{{"V", vector_width},
-                                   {"STREAM", worth_streaming(result, vector_width)},
-                                   {"PERSPECTIVE", rays.perspective},
-                                   {"CHANNELS", options.channels},
-                                   {"RADIUS", fitted ? window_radius(rays, options.noise) : 0}};
+    const runtime::Defines defines = lens.with_lens({{"V", vector_width},
+                                                     {"STREAM", worth_streaming(result, vector_width)},
+                                                     {"PERSPECTIVE", !target || target->perspective},
+                                                     {"CHANNELS", options.channels},
+                                                     {"RADIUS", fitted ? window_radius(camera, options.noise) : 0}});
     runtime::Kernel& kernel = runtime::kernel(device, "normals", defines);
     const params::normal_params parameters =
-        normal_parameters(target, inverse_depth_error(stored.camera, stored.storage), options);
-    over_inverse_depth(stored, rays, Background::nan, reach(stored, options).rows, "normals", result,
+        normal_parameters(target ? &*target : nullptr, error_of(camera, stored.storage), options);
+    over_inverse_depth(stored, Background::nan, reach(stored, options).rows, "normals", result,
                        [&](const Image& depth, const Image& made, const params::grid_params& grid) {
-                           runtime::launch(device, kernel, range_of(width, made.height(), vector_width), depth, made,
-                                           grid, parameters);
+                           lens.launch(device, kernel, range_of(width, made.height(), vector_width), depth, made, grid,
+                                       parameters);
                        });
     launched.done();
 }
@@ -151,7 +187,7 @@ Reach reach(const Tile& tile, const NormalsOptions& options) {
     if (std::holds_alternative<MaxError>(options.method))
         return reach(tile, chosen(tile, options));
     const int pixels = chosen_method(options, tile) == NormalMethod::least_squares
-                           ? window_radius(centre_rays(camera_rays(tile.camera)), options.noise)
+                           ? window_radius(tile.camera, options.noise)
                            : normals_reach_neighbours;
     return {pixels, pixels};
 }

@@ -1,5 +1,6 @@
 // Kernels ahead of time: a call is run on depth that is made up, so that nothing is left to build for the first real one.
 
+#include "camera/form.hpp"
 #include "require.hpp"
 #include "runtime/launched.hpp"
 
@@ -72,7 +73,7 @@ void Device::prepare(const Camera& camera, Storage storage, const std::function<
     require(camera.width > 0 && camera.height > 0, "prepare needs the size of the images: the camera has ",
             camera.width, " x ", camera.height);
     const std::vector<unsigned char> values =
-        every_value(depth_form(camera, storage), storage, static_cast<std::size_t>(camera.width),
+        every_value(depth_form(straightened(camera), storage), storage, static_cast<std::size_t>(camera.width),
                     static_cast<std::size_t>(camera.height));
     const runtime::Launched guard(*this); // an exception leaves no kernel that reads the values
     call({Image::from_host(*this, element_of(storage), values.data(),

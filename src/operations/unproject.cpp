@@ -2,6 +2,7 @@
 
 #include <fathom/unproject.hpp>
 
+#include "camera/form.hpp"
 #include "camera/rays.hpp"
 #include "description/check.hpp"
 #include "description/unproject.hpp"
@@ -29,23 +30,11 @@ Rays target_of(const Rays& view, const StoredDepth& stored, const UnprojectOptio
     return options.space == Space::world ? rays_in_world(view, *stored.camera.view, options.origin) : view;
 }
 
-void unproject_through_lens(const StoredDepth& stored, const Image& result, const UnprojectOptions& options,
-                            const Launch& launch) {
-    Rays axes;
-    axes.direction.setIdentity(); // as if the axes of view space were rays, from the camera centre
-    const Rays turned = target_of(axes, stored, options);
-    const Device& device = stored.image.device();
-    const int width = result.width(), vector_width = vector_width_for(device, width);
-    ThroughLens lens(stored, turned.direction.cast<double>(), turned.origin.col(2).cast<double>(), vector_width,
-                     worth_streaming(result, vector_width));
-    lens.defines.emplace_back("CHANNELS", options.channels);
-    const runtime::Launched launched(device, launch);
-    runtime::launch(device, runtime::kernel(device, "lens_unproject", lens.defines),
-                    range_of(width, result.height(), vector_width), stored.image, result, lens.table->tiles.on(device),
-                    lens.table->nodes.on(device), grid_parameters(stored, result, 0, width),
-                    depth_parameters(lens.form, stored.storage, options.background, device.options().arithmetic),
-                    lens.parameters);
-    launched.done();
+LensAxes axes_of(const StoredDepth& stored, const UnprojectOptions& options) {
+    if (!stored.camera.lens)
+        return {};
+    const Rays turned = target_of(axes_of_view(), stored, options);
+    return {turned.direction.cast<double>(), turned.origin.col(2).cast<double>()};
 }
 
 } // namespace
@@ -53,24 +42,23 @@ void unproject_through_lens(const StoredDepth& stored, const Image& result, cons
 void unproject(const StoredDepth& stored, const Image& result, const UnprojectOptions& options, const Launch& launch) {
     check(stored, options);
     check_result(stored, result, options.channels);
-    if (stored.camera.lens)
-        return unproject_through_lens(stored, result, options, launch);
     const Device& device = stored.image.device();
     const Arithmetic arithmetic = device.options().arithmetic;
-    const DepthForm form = depth_form(stored.camera, stored.storage);
-    const Rays view = camera_rays(stored.camera);
+    const DepthForm form = depth_form(straightened(stored.camera), stored.storage);
+    const Rays view = straight_rays(stored.camera);
     const Rays target = target_of(view, stored, options);
+    const KernelLens lens(device, stored.camera, axes_of(stored, options));
 
     const runtime::Launched launched(device, launch);
     const int width = result.width();
     const int vector_width = vector_width_for(device, width);
-    auto defines = decoder_defines(form, view, stored.storage, vector_width, worth_streaming(result, vector_width));
+    auto defines = lens.with_lens(
+        decoder_defines(form, view, stored.storage, vector_width, worth_streaming(result, vector_width)));
     defines.emplace_back("CHANNELS", options.channels);
-    runtime::launch(device, runtime::kernel(device, "unproject", defines),
-                    range_of(width, result.height(), vector_width), stored.image, result,
-                    grid_parameters(stored, result, 0, width),
-                    depth_parameters(form, stored.storage, options.background, arithmetic),
-                    ray_parameters(view, arithmetic), ray_parameters(target, arithmetic));
+    lens.launch(device, runtime::kernel(device, "unproject", defines), range_of(width, result.height(), vector_width),
+                stored.image, result, grid_parameters(stored, result, 0, width),
+                depth_parameters(form, stored.storage, options.background, arithmetic),
+                ray_parameters(view, arithmetic), ray_parameters(target, arithmetic));
     if (options.no_mixed_pixels)
         mixed_pixels(stored, result);
     launched.done();

@@ -1,6 +1,7 @@
 // Where the cameras of the inputs come from.
 #include "camera.hpp"
 
+#include "camera/form.hpp"
 #include "camera_file/file.hpp"
 #include "camera_file/presets.hpp"
 #include "io/cameras/camera_formats.hpp"
@@ -21,7 +22,8 @@ ImportedCamera named_camera(const std::string& preset) {
         const CameraFile camera = preset_file(preset);
         const int width = camera.camera.width > 0 ? camera.camera.width : 64,
                   height = camera.camera.height > 0 ? camera.camera.height : 48;
-        depth_form(camera_for(camera, width, height)); // values that contradict each other, whatever the image
+        depth_form(
+            straightened(camera_for(camera, width, height))); // values that contradict each other, whatever the image
         return {camera, io::parsed_preset("preset " + preset, preset).dump(), {}};
     } catch (const Error& error) {
         throw UsageError(error.what());

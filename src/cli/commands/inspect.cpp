@@ -47,10 +47,12 @@ struct Findings {
     std::optional<Packing> packing;       ///< one that was found and not said
 };
 
-// What linearize makes of the image; nothing without a device, unless one was asked for.
+// What linearize makes of the image, through a lens distances along the ray; nothing without a device, unless one was asked for.
 cv::Mat decoded(const DepthFile& depth, const Camera& camera, const DeviceOption& device) {
     try {
-        return to_mat(linearize({to_device(device.open(), depth.values), camera, depth.storage}).image);
+        return to_mat(linearize({to_device(device.open(), depth.values), camera, depth.storage},
+                                {.as = camera.lens ? Along::ray : Along::axis})
+                          .image);
     } catch (const NoDevice&) {
         if (!device.wanted.empty())
             throw;
@@ -136,7 +138,7 @@ const char* name_of(DepthBits bits) {
 
 // Degrees across and down between the rays at the middles of opposite edges; none under an orthographic camera.
 std::optional<std::array<double, 2>> field_of_view(const CameraFindings& found) {
-    if (!found.form.perspective)
+    if (!found.form.perspective || found.lens)
         return std::nullopt;
     const Rays rays = camera_rays(found.camera);
     const double right = found.camera.width, bottom = found.camera.height;
@@ -146,6 +148,16 @@ std::optional<std::array<double, 2>> field_of_view(const CameraFindings& found) 
         return static_cast<double>(std::atan2(a.cross(b).norm(), a.dot(b))) * 180 / std::numbers::pi;
     };
     return std::array{angle(0, bottom / 2, right, bottom / 2), angle(right / 2, 0, right / 2, bottom)};
+}
+
+nlohmann::ordered_json as_json(const Camera& camera, const LensFindings& found) {
+    nlohmann::ordered_json fold;
+    if (found.fold)
+        fold = {{"angle_deg", found.fold->angle * 180 / std::numbers::pi},
+                {"radius", found.fold->radius},
+                {"coefficient", found.fold->coefficient}};
+    return {
+        {"model", to_string(camera.lens->law)}, {"no_ray", found.no_ray}, {"too_steep", found.steep}, {"fold", fold}};
 }
 
 nlohmann::ordered_json as_json(const CameraFindings& found) {
@@ -171,6 +183,7 @@ nlohmann::ordered_json as_json(const CameraFindings& found) {
             {"background", found.background},
             {"invalid", found.invalid ? nlohmann::ordered_json(*found.invalid) : nlohmann::ordered_json()},
             {"missing", found.missing},
+            {"lens", found.lens ? as_json(found.camera, *found.lens) : nlohmann::ordered_json()},
             {"range", range},
             {"surfaces", surfaces},
             {"attainable", attainable}};
@@ -245,19 +258,33 @@ void print_range(const CameraFindings& found) {
         print_row("", fmt::format("of a {} buffer; middle is the stored value half way", name_of(*found.bits)));
 }
 
+void print_lens(const Camera& camera, const LensFindings& found) {
+    print_row("lens", to_string(camera.lens->law));
+    print_row("no ray", fmt::format("{} pixels", found.no_ray));
+    if (found.steep)
+        print_row("too steep",
+                  fmt::format("{} pixels: more than 89° from the axis, along which depth counts", found.steep));
+    if (found.fold)
+        print_row("fold",
+                  fmt::format("{:.4g}° from the axis, at a radius of {:.4g}; {} bends it most",
+                              found.fold->angle * 180 / std::numbers::pi, found.fold->radius, found.fold->coefficient));
+}
+
 void print_camera(const InspectArguments& options, const CameraFindings& found) {
     fmt::print("\ncamera: {}\n", options.camera.name());
     print_row("encoding", to_string(found.camera.encoding));
     print_row("form", fmt::format("{}: {}", to_string(found.form.form), found.form.reason));
     if (const auto view = field_of_view(found))
         print_row("field of view", fmt::format("{:.4g}° × {:.4g}°", (*view)[0], (*view)[1]));
+    if (found.lens)
+        print_lens(found.camera, *found.lens);
     print_row("background", fmt::format("{} pixels", found.background));
     if (found.form.missing)
         print_row("not measured", fmt::format("{} pixels", found.missing));
 
     print_range(found);
 
-    fmt::print("\nsurfaces: distance along the view axis, scene units\n");
+    fmt::print("\nsurfaces: distance along the {}, scene units\n", found.lens ? "ray" : "view axis");
     if (found.surfaces.empty())
         print_row("none", no_surfaces(found));
     for (const SurfacePoint& surface : found.surfaces)

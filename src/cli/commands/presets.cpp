@@ -23,7 +23,7 @@ std::string needs_of(const Preset& preset) {
     std::string needs;
     for (const auto& [key, meaning] : preset.needs)
         needs += key + ", ";
-    needs += preset.projection == "fx" ? "fx, fy, cx, cy" : preset.projection;
+    needs += preset.projection == "fx" ? "fx, fy, cx, cy" : preset.projection.empty() ? "nothing" : preset.projection;
     return preset.usual.empty() ? needs : fmt::format("{} (usually {})", needs, preset.usual);
 }
 
@@ -57,7 +57,7 @@ std::string camera_file(const Preset& preset) {
         file[key] = "?";
     if (preset.projection == "fx")
         file["intrinsics"] = {{"fx", "?"}, {"fy", "?"}, {"cx", "?"}, {"cy", "?"}};
-    else
+    else if (!preset.projection.empty())
         file["perspective"] = {{preset.projection, preset.usual.empty() ? nlohmann::ordered_json("?")
                                                                         : nlohmann::ordered_json::parse(preset.usual)}};
     return file.dump(2);

@@ -13,7 +13,12 @@ Imported import_exr(const std::filesystem::path& file);
 /// Says the header of this file, which may be of any type, where its camera is?
 bool exr_has_camera(const std::filesystem::path& file);
 
-/// OpenCV's calibration or CameraInfo of ROS, in YAML.
+/// Refuses an option that chooses among cameras, where the file has one.
+void refuse_choice(const std::filesystem::path& file, const std::string& chosen, const char* option,
+                   const char* formats);
+inline constexpr const char* formats_of_images = "COLMAP, Kalibr, transforms.json and BOP";
+
+/// OpenCV's calibration, CameraInfo of ROS or Kalibr's chain of cameras, in YAML.
 Imported import_calibration(const std::filesystem::path& file, const ImportOptions& options);
 
 /// COLMAP's cameras.bin or cameras.txt, or the folder that they lie in.

@@ -2,9 +2,11 @@
 #include "camera_formats.hpp"
 
 #include "camera_file/file.hpp"
+#include "camera_file/lens_key.hpp"
 #include "io/formats.hpp"
 
 #include <fathom/import_camera.hpp>
+#include <fathom/io.hpp>
 
 #include <algorithm>
 
@@ -31,11 +33,6 @@ bool begins_with(const fs::path& file, const std::string& magic) {
     return std::string(bytes.begin(), bytes.end()) == magic;
 }
 
-void refuse_choice(const fs::path& file, const std::string& chosen, const char* option, const char* formats) {
-    if (!chosen.empty())
-        refuse(file, std::string("holds one camera, so leave out ") + option + "; that is for " + formats);
-}
-
 Imported imported_by_format(const fs::path& file, const ImportOptions& options) {
     if (is_colmap(file)) {
         refuse_choice(file, options.node, "--node", "glTF");
@@ -57,16 +54,34 @@ Imported imported_by_format(const fs::path& file, const ImportOptions& options) 
     if (!exr && first == '<')
         refuse(file, "is XML, or a page; write OpenCV's calibrations as .yml");
     refuse_choice(file, options.node, "--node", "glTF");
-    refuse_choice(file, options.image, "--image", "COLMAP, transforms.json and BOP");
+    if (exr)
+        refuse_choice(file, options.image, "--image", formats_of_images);
     if (exr && options.undistorted)
-        refuse(file, "is no calibration of OpenCV or ROS, which --undistorted is for; leave it out");
+        refuse(file, "is no calibration of OpenCV, ROS or Kalibr, which --undistorted is for; leave it out");
     return exr ? import_exr(file) : import_calibration(file, options);
 }
 
+/// Rays as normals lie in files: three channels of unit vectors, 0 where there is none.
+RayMap read_ray_map(const fs::path& file) {
+    const cv::Mat rays = read_normals(file);
+    RayMap map{rays.cols, rays.rows};
+    for (int y = 0; y < rays.rows; ++y)
+        map.rays.insert(map.rays.end(), rays.ptr<float>(y), rays.ptr<float>(y) + 3 * rays.cols);
+    return map;
+}
+
 } // namespace
+
+void refuse_choice(const fs::path& file, const std::string& chosen, const char* option, const char* formats) {
+    if (!chosen.empty())
+        refuse(file, std::string("holds one camera, so leave out ") + option + "; that is for " + formats);
+}
+
 } // namespace io
 
 ImportedCamera import_camera(const fs::path& file, const ImportOptions& options) {
+    static const bool reads_rays = (io::ray_reader() = io::read_ray_map, true);
+    static_cast<void>(reads_rays);
     return io::completed(file, io::imported_by_format(file, options), options);
 }
 

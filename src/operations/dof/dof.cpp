@@ -45,6 +45,9 @@ void check_clean_plate(const CleanPlate& clean_plate, const StoredDepth& stored,
 
 void check(const StoredDepth& stored, const Image& color, const DofOptions& options) {
     check_stored(stored);
+    require(!stored.camera.lens,
+            "the camera has a lens that bends its rays, and dof takes straight rays only; undo the "
+            "distortion (docs/cameras.md)");
     check_picture(stored, {"color", color}, upsample_to_picture);
     if (options.clean_plate)
         check_clean_plate(*options.clean_plate, stored, color);

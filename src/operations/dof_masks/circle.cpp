@@ -101,10 +101,11 @@ float inverse_transition(const DofMasksOptions& options) {
 }
 
 runtime::Defines circle_defines(const DepthForm& form, const CircleOfConfusion& circle, const Rays& rays,
-                                Storage storage, int vector_width, bool stream) {
-    runtime::Defines defines = decoder_defines(form, rays, storage, vector_width, stream);
+                                const StoredDepth& stored, int vector_width, bool stream) {
+    runtime::Defines defines = decoder_defines(form, rays, stored.storage, vector_width, stream);
     defines.emplace_back("CIRCLE", static_cast<int>(circle_form(form, circle)));
     defines.emplace_back("TELECENTRIC", circle.telecentric);
+    defines.emplace_back("PLANE_IN_FOCUS", has_plane_in_focus(stored.camera));
     return defines;
 }
 

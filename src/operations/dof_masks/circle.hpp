@@ -18,8 +18,8 @@ params::circle_params circle_parameters(const DepthForm& form, const CircleOfCon
 /// 1 / transition_px; the largest float for a transition of 0.
 float inverse_transition(const DofMasksOptions& options);
 
-/// What a kernel that includes circle.h is built for.
+/// What a kernel that includes circle.h is built for, without its lens.
 runtime::Defines circle_defines(const DepthForm& form, const CircleOfConfusion& circle, const Rays& rays,
-                                Storage storage, int vector_width, bool stream);
+                                const StoredDepth& stored, int vector_width, bool stream);
 
 } // namespace fathom

@@ -11,7 +11,9 @@
 #include "operations/dof_masks/mixed_pixels.hpp"
 #include "operations/dof_masks/near_field.hpp"
 #include "operations/inverse_depth.hpp"
+#include "operations/lens_table.hpp"
 #include "operations/parameters.hpp"
+#include "require.hpp"
 #include "runtime/launched.hpp"
 #include "runtime/scratch.hpp"
 
@@ -24,9 +26,20 @@
 namespace fathom {
 namespace {
 
-void check(const CircleOfConfusion& coc, const DofMasksOptions& options, const DepthForm& form) {
+void check(const StoredDepth& stored, const CircleOfConfusion& coc, const DofMasksOptions& options,
+           const DepthForm& form) {
     check_circle(coc, form);
     describe(description::Check{}, options);
+    if (!stored.camera.lens)
+        return;
+    const char* const lens = to_string(stored.camera.lens->law);
+    for (const auto& [asked, name] : {std::pair{options.max_near_coc, "max_near_coc"},
+                                      {options.near_alpha, "near_alpha"},
+                                      {options.disocclusion, "disocclusion"}})
+        require(!asked, name, " looks around a pixel for circles of one shape, and the lens ", lens,
+                " gives them another one in each part of the image; leave it out");
+    require(!options.mixed_pixels, "mixed_pixels looks along straight lines, and the lens ", lens,
+            " bends them; leave it out");
 }
 
 void check_results(const StoredDepth& stored, const DofMasks& given, const DofMasksOptions& options) {
@@ -39,14 +52,16 @@ struct CircleKernel {
     const StoredDepth& stored;
     DepthForm form;
     Rays view;
+    KernelLens lens;
     const CircleOfConfusion& coc;
     const DofMasksOptions& options;
     int vector_width;
 
     CircleKernel(const StoredDepth& depth, const DepthForm& decoded, const CircleOfConfusion& circle,
                  const DofMasksOptions& asked)
-        : stored(depth), form(decoded), view(is_along_ray(form) ? camera_rays(depth.camera) : Rays{}), coc(circle),
-          options(asked), vector_width(vector_width_for(depth.image.device(), depth.image.width())) {
+        : stored(depth), form(decoded), view(is_along_ray(form) ? camera_rays(depth.camera) : Rays{}),
+          lens(depth.image.device(), depth.camera), coc(circle), options(asked),
+          vector_width(vector_width_for(depth.image.device(), depth.image.width())) {
         count_from_lens(form, coc);
     }
 
@@ -56,12 +71,12 @@ struct CircleKernel {
                 const More&... more) const {
         const Device& device = stored.image.device();
         const Arithmetic arithmetic = device.options().arithmetic;
-        runtime::Defines all = circle_defines(form, coc, view, stored.storage, vector_width, stream);
+        runtime::Defines all = lens.with_lens(circle_defines(form, coc, view, stored, vector_width, stream));
         all.insert(all.end(), defines.begin(), defines.end());
-        runtime::launch(device, runtime::kernel(device, name, all), range, stored.image, result, more...,
-                        grid_parameters(stored, result, 0, stored.image.width()),
-                        depth_parameters(form, stored.storage, Background::inf, arithmetic),
-                        ray_parameters(view, arithmetic), circle_parameters(form, coc, options, arithmetic));
+        lens.launch(device, runtime::kernel(device, name, all), range, stored.image, result, more...,
+                    grid_parameters(stored, result, 0, stored.image.width()),
+                    depth_parameters(form, stored.storage, Background::inf, arithmetic),
+                    ray_parameters(view, arithmetic), circle_parameters(form, coc, options, arithmetic));
     }
 };
 
@@ -109,8 +124,8 @@ void circles_and_asked_weights(const StoredDepth& stored, const CircleOfConfusio
 // Checks everything but the results.
 DepthForm checked_form(const StoredDepth& stored, const CircleOfConfusion& coc, const DofMasksOptions& options) {
     check_stored(stored);
-    DepthForm form = depth_form(stored.camera, stored.storage);
-    check(coc, options, form);
+    DepthForm form = depth_form(straightened(stored.camera), stored.storage);
+    check(stored, coc, options, form);
     return form;
 }
 

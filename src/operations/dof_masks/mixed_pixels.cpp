@@ -31,7 +31,7 @@ void mixed_pixels(const StoredDepth& stored, const Image& result) {
                                           rays.perspective ? least : 0,
                                           static_cast<float>(mixed_pixels_min_step)};
     // Where the far plane is finite its depth is averaged like any other.
-    over_inverse_depth(stored, rays, Background::decode, mixed_pixels_reach, "mixed_pixels", result,
+    over_inverse_depth(stored, Background::decode, mixed_pixels_reach, "mixed_pixels", result,
                        [&](const Image& depth, const Image& made, const params::grid_params& grid) {
                            runtime::launch(device, kernel, range_of(width, made.height(), vector_width), depth, made,
                                            grid, parameters);

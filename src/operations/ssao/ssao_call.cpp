@@ -92,8 +92,7 @@ StoredDepth part_of(const StoredDepth& stored, const Region& rows) {
 }
 
 DepthRows depth_of(const Call& call, runtime::Scratch& scratch, const Image& whole, const Region& rows) {
-    return whole ? DepthRows{whole, 0}
-                 : DepthRows{inverse_depth(scratch, part_of(call.stored, rows), call.rays), rows.y};
+    return whole ? DepthRows{whole, 0} : DepthRows{inverse_depth(scratch, part_of(call.stored, rows)), rows.y};
 }
 
 std::vector<Band> depth_bands(const Call& call, const Image& whole, int count, int halo, int rows_each) {

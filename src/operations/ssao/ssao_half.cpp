@@ -45,7 +45,7 @@ void whole_resolution(Call& call, const Image& depth, const std::vector<Wanted>&
 Image shared_depth(Call& call) {
     const Image& image = call.stored.image;
     return shares_depth(image.width(), image.height(), call.options, call.workspace.bytes)
-               ? inverse_depth(call.scratch, call.stored, call.rays)
+               ? inverse_depth(call.scratch, call.stored)
                : Image();
 }
 

@@ -68,7 +68,7 @@ Planes split_into_planes(Call& call, const Image& depth) {
             extra = silhouettes;
             extra_grid = lattice_grid(extra, pixel_lattice(StoredDepth{extra, call.stored.camera}));
         } else if (const auto* back = thickness_as<StoredDepth>(options)) {
-            extra = inverse_depth(scratch, part_of(*back, rows), centre_rays(camera_rays(back->camera)));
+            extra = inverse_depth(scratch, part_of(*back, rows));
             extra_grid = lattice_grid(extra, call.lattice, rows.y);
         } else if (const auto* map = thickness_as<Image>(options)) {
             extra = *map;

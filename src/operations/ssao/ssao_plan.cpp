@@ -147,7 +147,7 @@ Reach reach(const StoredDepth& stored, double radius, const SsaoOptions& options
     description::Check{}("radius", radius, description::ssao_radius);
     const CentreRays rays = centre_rays(camera_rays(stored.camera));
     return reach_in(stored.camera, rays, reach_of(stored, radius, settled(stored, options)),
-                    rays.perspective ? nearest_inverse_depth(stored, rays, pass_bytes.band) : 1);
+                    rays.perspective ? nearest_inverse_depth(stored, pass_bytes.band) : 1);
 }
 
 std::size_t bytes(const Tile& tile, const SsaoOptions& options) {

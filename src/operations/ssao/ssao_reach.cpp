@@ -32,7 +32,7 @@ constexpr int beyond = 48, beyond_half = 128;
 constexpr int mixed_rows = 8;
 
 // The nearest surface of each row, as inverse depth: -FLT_MAX where a row has none.
-std::vector<float> nearest_in_rows(const StoredDepth& stored, const CentreRays& rays, std::size_t band_bytes) {
+std::vector<float> nearest_in_rows(const StoredDepth& stored, std::size_t band_bytes) {
     const Device& device = stored.image.device();
     const int width = stored.image.width(), height = stored.image.height();
     runtime::Scratch all(device);
@@ -45,7 +45,7 @@ std::vector<float> nearest_in_rows(const StoredDepth& stored, const CentreRays& 
     for (const Band& band : bands(of_image, band_bytes)) {
         runtime::Scratch scratch(device);
         const int rows = band.end - band.begin;
-        const Image depth = inverse_depth(scratch, stored.region(0, band.begin, width, rows), rays);
+        const Image depth = inverse_depth(scratch, stored.region(0, band.begin, width, rows));
         params::grid_params grid{};
         grid.source_offset = depth.offset();
         grid.source_stride = to_u32(depth.row_stride());
@@ -110,7 +110,7 @@ std::vector<int> ssao_reaches(const StoredDepth& stored, const CentreRays& rays,
     const int height = stored.image.height();
     const auto count = static_cast<std::size_t>(height);
     const std::vector<float> nearest =
-        rays.perspective ? nearest_in_rows(stored, rays, band_bytes) : std::vector<float>(count, 1.0f);
+        rays.perspective ? nearest_in_rows(stored, band_bytes) : std::vector<float>(count, 1.0f);
     const auto nearest_of_all = static_cast<double>(*std::ranges::max_element(nearest));
     std::vector<int> own(count, 0);
     for (int row = 0; row < height; ++row) {
@@ -127,8 +127,8 @@ std::vector<int> ssao_reaches(const StoredDepth& stored, const CentreRays& rays,
     return reaches;
 }
 
-double nearest_inverse_depth(const StoredDepth& stored, const CentreRays& rays, std::size_t band_bytes) {
-    const std::vector<float> nearest = nearest_in_rows(stored, rays, band_bytes);
+double nearest_inverse_depth(const StoredDepth& stored, std::size_t band_bytes) {
+    const std::vector<float> nearest = nearest_in_rows(stored, band_bytes);
     return std::max(static_cast<double>(*std::ranges::max_element(nearest)), 0.0);
 }
 

@@ -26,7 +26,7 @@ std::vector<int> ssao_reaches(const StoredDepth& stored, const CentreRays& rays,
                               const SsaoReach& reach, std::size_t band_bytes);
 
 /// That of the nearest surface of all, at least 0: background alone. Waits for the device.
-double nearest_inverse_depth(const StoredDepth& stored, const CentreRays& rays, std::size_t band_bytes);
+double nearest_inverse_depth(const StoredDepth& stored, std::size_t band_bytes);
 
 /// How far any pixel of the camera's image reaches along its rows and columns, if no surface is nearer than inverse depth
 /// `nearest`; infinite where nothing bounds it. Pure: no device.

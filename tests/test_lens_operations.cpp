@@ -1,0 +1,482 @@
+// normals, fog and dof_masks through lenses of every law, against planes, scenes and formulas in long double. Rays are those of
+// PixelRays, which test_pixel_rays.cpp checks.
+
+#include "catch.hpp"
+#include "images.hpp"
+#include "lenses.hpp"
+#include "test_device.hpp"
+
+#include "scene/scene.hpp"
+
+#include <fathom/fathom.hpp>
+#include <fathom/pixel_rays.hpp>
+
+using namespace fathom;
+
+namespace {
+
+using Real = long double;
+
+// Of planes: mean error of normals away from the plane's end, in degrees.
+constexpr double plane_error_deg = 0.003;
+// Of scenes: the mean error beside that of a pinhole with the same angle a pixel.
+constexpr double over_pinhole = 1.1;
+
+using PixelRay = std::optional<Eigen::Vector3d>;
+
+std::vector<PixelRay> all_rays(const Camera& camera) {
+    const PixelRays rays(camera);
+    std::vector<PixelRay> all;
+    for (int y = 0; y < camera.height; ++y)
+        for (int x = 0; x < camera.width; ++x)
+            all.push_back(rays.ray_of(x + 0.5, y + 0.5));
+    return all;
+}
+
+double forwards_of(const Camera& camera) {
+    return camera.projection.convention.view_axes == ViewAxes::opengl ? -1 : 1;
+}
+
+// The part of a ray along the view axis if depth counts along it, or 1; none beyond 89 degrees, whose depth says nothing.
+std::optional<double> part_stored(const Camera& camera, const Eigen::Vector3d& ray) {
+    if (camera.encoding == Encoding::ray_distance)
+        return 1;
+    const double ahead = forwards_of(camera) * ray.z();
+    return ahead > std::cos(89 * std::numbers::pi / 180) * (1 + 1e-6) ? std::optional(ahead) : std::nullopt;
+}
+
+StoredDepth depth_of(const Device& device, const Camera& camera, const std::vector<float>& values) {
+    return {Image::from_host(device, Element::f32, values.data(), {camera.width, camera.height}), camera};
+}
+
+// Where rays turn like those on the axis: not within some pixels of a fold, where they turn without end, nor where those of
+// neighbours meet behind the camera.
+bool is_regular(const Camera& camera, const PixelScale& scale, const std::vector<PixelRay>& rays, int x, int y) {
+    constexpr int beside_fold = 8;
+    constexpr double least_turn = 0.1;
+    const auto at = [&](int column, int row) -> const PixelRay& {
+        return rays[static_cast<std::size_t>(row * camera.width + column)];
+    };
+    if (x < 1 || y < 1 || x + 1 >= camera.width || y + 1 >= camera.height)
+        return false;
+    for (const int i : {-beside_fold, 0, beside_fold})
+        for (const int j : {-beside_fold, 0, beside_fold})
+            if (!at(std::clamp(x + i, 0, camera.width - 1), std::clamp(y + j, 0, camera.height - 1)))
+                return false;
+    const auto turn = [&](const PixelRay& a, const PixelRay& b) { return a && b ? (*a - *b).norm() / 2 : 0; };
+    // The singular values of both slopes are no smaller than their product over their sum.
+    const double across = turn(at(x - 1, y), at(x + 1, y)) * static_cast<double>(scale.x),
+                 down = turn(at(x, y - 1), at(x, y + 1)) * static_cast<double>(scale.y);
+    const Eigen::Vector3d a = *at(x + 1, y) - *at(x, y), b = *at(x, y + 1) - *at(x, y);
+    const double area = a.cross(b).norm() * static_cast<double>(scale.x * scale.y);
+    return area > least_turn * std::hypot(across, down);
+}
+
+struct Angles {
+    std::vector<double> degrees;
+
+    void add(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
+        degrees.push_back(std::atan2(a.cross(b).norm(), a.dot(b)) * 180 / std::numbers::pi);
+    }
+    double mean() const {
+        return std::accumulate(degrees.begin(), degrees.end(), 0.0) / static_cast<double>(degrees.size());
+    }
+    double share(double part) {
+        const auto at = degrees.begin() + static_cast<std::ptrdiff_t>(part * static_cast<double>(degrees.size() - 1));
+        std::ranges::nth_element(degrees, at);
+        return *at;
+    }
+};
+
+Eigen::Vector3d vector_at(const std::vector<float>& all, std::size_t i) {
+    return Eigen::Vector3f(all[3 * i], all[3 * i + 1], all[3 * i + 2]).cast<double>();
+}
+
+const float no_depth = std::numeric_limits<float>::quiet_NaN();
+
+Eigen::Matrix4d turned_view() {
+    Eigen::Isometry3d view = Eigen::Isometry3d::Identity();
+    view.rotate(Eigen::AngleAxisd(0.7, Eigen::Vector3d(1, 2, -0.5).normalized()));
+    view.translate(Eigen::Vector3d(-1.5, 2.25, 7));
+    return view.matrix();
+}
+
+// From the axes of view space to those of the scenes, which are OpenGL's.
+Eigen::Vector3d in_scene(const Camera& camera, const Eigen::Vector3d& vector) {
+    const ViewAxes axes = camera.projection.convention.view_axes;
+    return {vector.x(), axes == ViewAxes::opencv ? -vector.y() : vector.y(),
+            axes == ViewAxes::opengl ? vector.z() : -vector.z()};
+}
+
+// The mean error of the normals of a scene in windows of a lens's image, and in pinholes that look there with the same angle a pixel.
+std::array<double, 2> scene_errors(const Device& device, const scene::Scene& scene, Camera camera) {
+    constexpr int side = 24; // so few pixels that both see the same
+    camera.encoding = Encoding::ray_distance;
+    const std::vector<PixelRay> rays = all_rays(camera);
+    const PixelScale scale = pixel_scale(camera);
+    const auto cast = [&](const Eigen::Vector3d& along) { return scene::met(scene, {{0, 0, 0}, along, 1e-6, 1e6}); };
+    std::vector<float> depth;
+    std::vector<Eigen::Vector3d> truth; // in the scene's axes
+    for (const PixelRay& ray : rays) {
+        const auto met = ray ? cast(in_scene(camera, *ray)) : std::optional<scene::Met>();
+        depth.push_back(met ? static_cast<float>(met->position.norm()) : no_depth);
+        truth.push_back(met ? met->normal : Eigen::Vector3d::Zero());
+    }
+    const std::vector<float> found = images::floats(normals(depth_of(device, camera, depth)));
+    Angles through_lens, straight;
+    for (int top = 0; top + side <= camera.height; top += side)
+        for (int left = 0; left + side <= camera.width; left += side) {
+            const int x = left + side / 2, y = top + side / 2;
+            const auto at = [&](int column, int row) {
+                return in_scene(camera, rays[static_cast<std::size_t>(row * camera.width + column)].value());
+            };
+            bool whole = is_regular(camera, scale, rays, x, y);
+            for (int row = top; row < top + side && whole; ++row)
+                for (int column = left; column < left + side; ++column)
+                    whole &= rays[static_cast<std::size_t>(row * camera.width + column)].has_value();
+            if (!whole)
+                continue;
+            const Eigen::Vector3d ahead = at(x, y), by_x = (at(x + 1, y) - at(x - 1, y)) / 2,
+                                  by_y = (at(x, y + 1) - at(x, y - 1)) / 2;
+            const Eigen::Vector3d right = (by_x - ahead.dot(by_x) * ahead).normalized();
+            Eigen::Vector3d down = ahead.cross(right);
+            if (down.dot(by_y) < 0)
+                down = -down;
+            Camera pinhole;
+            pinhole.width = pinhole.height = side;
+            pinhole.encoding = Encoding::ray_distance;
+            // Both slopes are the lens's, also where they are not across each other: the pinhole then has a skew.
+            const double fx = 1 / by_x.norm(), aside = right.dot(by_y), fy = 1 / down.dot(by_y);
+            pinhole.projection = perspective(
+                Intrinsics{
+                    .fx = fx, .fy = fy, .cx = side / 2 + 0.5, .cy = side / 2 + 0.5, .width = side, .height = side},
+                {1, 2}, {.view_axes = ViewAxes::opencv});
+            pinhole.projection.matrix(0, 1) = -aside * fy * pinhole.projection.matrix(0, 0);
+            std::vector<float> seen;
+            std::vector<Eigen::Vector3d> exact;
+            for (int row = 0; row < side; ++row)
+                for (int column = 0; column < side; ++column) {
+                    const Eigen::Vector3d along =
+                        (ahead + ((column - side / 2) / fx + (row - side / 2) * aside) * right +
+                         (row - side / 2) / fy * down)
+                            .normalized();
+                    const auto met = cast(along);
+                    seen.push_back(met ? static_cast<float>(met->position.norm()) : no_depth);
+                    exact.push_back(
+                        met ? Eigen::Vector3d(met->normal.dot(right), met->normal.dot(down), met->normal.dot(ahead))
+                            : Eigen::Vector3d::Zero());
+                }
+            const std::vector<float> its = images::floats(normals(depth_of(device, pinhole, seen)));
+            constexpr int border = normals_reach_neighbours; // one-sided in the pinhole alone
+            for (int row = border; row < side - border; ++row)
+                for (int column = border; column < side - border; ++column) {
+                    const auto here = static_cast<std::size_t>(row * side + column),
+                               there = static_cast<std::size_t>((top + row) * camera.width + left + column);
+                    if (!exact[here].isZero(0))
+                        straight.add(vector_at(its, here), exact[here]);
+                    if (!truth[there].isZero(0))
+                        through_lens.add(in_scene(camera, vector_at(found, there)), truth[there]);
+                }
+        }
+    return {through_lens.mean(), straight.mean()};
+}
+
+} // namespace
+
+TEST_CASE("lens operations: normals of planes through every lens are exact but for the depth's rounding", "[lens]") {
+    const Device device = test_device();
+    for (const auto& [name, plain] : lens_subjects()) {
+        const std::vector<PixelRay> rays = all_rays(plain);
+        const PixelScale scale = pixel_scale(plain);
+        for (const bool along_axis : {false, true})
+            for (const NormalMethod method : {NormalMethod::neighbours, NormalMethod::least_squares}) {
+                Camera camera = plain;
+                camera.encoding = along_axis ? Encoding::view_z : Encoding::ray_distance;
+                camera.view = turned_view();
+                Angles off;
+                long wrong = 0;
+                for (const Eigen::Vector3d& towards :
+                     {Eigen::Vector3d(0.3, -0.2, forwards_of(camera)),
+                      Eigen::Vector3d(0.1, -1, 0.2 * forwards_of(camera)), Eigen::Vector3d(0.9, 0.3, -0.2)}) {
+                    const Eigen::Vector3d wall = towards.normalized();
+                    std::vector<float> depth;
+                    for (const PixelRay& ray : rays) {
+                        const auto part = ray ? part_stored(camera, *ray) : std::nullopt;
+                        const double across = ray ? wall.dot(*ray) : 0;
+                        depth.push_back(part && across > 0.05 ? static_cast<float>(2.5 / across * *part) : no_depth);
+                    }
+                    const bool world = !along_axis;
+                    const std::vector<float> found =
+                        images::floats(normals(depth_of(device, camera, depth),
+                                               {.method = method, .space = world ? Space::world : Space::view}));
+                    const Eigen::Matrix3d turn = camera.view->topLeftCorner<3, 3>().transpose();
+                    const Eigen::Vector3d truth = world ? Eigen::Vector3d(-(turn * wall)) : Eigen::Vector3d(-wall);
+                    const auto width = static_cast<std::size_t>(camera.width);
+                    for (std::size_t i = 0; i < depth.size(); ++i) {
+                        const Eigen::Vector3d normal = vector_at(found, i);
+                        const bool measured = depth[i] == depth[i];
+                        wrong += measured == normal.isZero(0);
+                        // A pixel without neighbours is taken to face the camera.
+                        const bool inside = measured && i >= 2 * width && i + 2 * width < depth.size() &&
+                                            i % width >= 2 && i % width + 2 < width;
+                        const auto all_around = [&] {
+                            for (const std::size_t by : {std::size_t{1}, std::size_t{2}, width, 2 * width})
+                                if (std::isnan(depth[i - by]) && std::isnan(depth[i + by]))
+                                    return false;
+                            return true;
+                        };
+                        if (inside && all_around() &&
+                            is_regular(camera, scale, rays, static_cast<int>(i % width), static_cast<int>(i / width)))
+                            off.add(normal, truth);
+                    }
+                }
+                std::printf("normals through %-42s %-4s %-14s mean %.5f, 99 %% %.5f, most %.4f degrees\n", name.c_str(),
+                            along_axis ? "axis" : "ray",
+                            method == NormalMethod::neighbours ? "neighbours" : "least squares", off.mean(),
+                            off.share(0.99), off.share(1));
+                INFO(name << (along_axis ? ", view-z" : ", ray-distance"));
+                CHECK(off.degrees.size() > 10000);
+                CHECK(wrong == 0);
+                CHECK(off.mean() <= plane_error_deg);
+            }
+    }
+}
+
+TEST_CASE("lens operations: normals of scenes are as exact as a pinhole's with the same angle a pixel",
+          "[lens][slow]") {
+    const Device device = test_device();
+    for (const auto& [scene_name, scene] : {std::pair{"room", scene::room()}, {"railings", scene::railings()}})
+        for (const std::size_t which : {0u, 1u, 4u, 5u, 7u, 9u, 10u, 11u}) {
+            const auto [name, camera] = lens_subjects().at(which);
+            const auto [off, straight] = scene_errors(device, scene, camera);
+            std::printf("normals of %-8s through %-30s %.3f degrees, through pinholes %.3f, ratio %.2f\n", scene_name,
+                        name.c_str(), off, straight, off / straight);
+            INFO(scene_name << " through " << name);
+            CHECK(off <= over_pinhole * straight);
+        }
+}
+
+TEST_CASE("lens operations: coarse and noisy depth gives normals through a lens", "[lens]") {
+    const Device device = test_device();
+    for (const std::size_t which : {1u, 7u, 9u, 11u}) {
+        auto [name, camera] = lens_subjects().at(which);
+        camera.encoding = Encoding::ray_distance;
+        const Eigen::Vector3d wall = Eigen::Vector3d(0.3, -0.2, forwards_of(camera)).normalized();
+        std::mt19937 random(7);
+        std::normal_distribution<double> normal_noise(0, 9e-4);
+        std::vector<float> depth;
+        for (const PixelRay& ray : all_rays(camera)) {
+            const double across = ray ? wall.dot(*ray) : 0;
+            depth.push_back(across > 0.5 ? static_cast<float>(2.5 / across * (1 + normal_noise(random))) : no_depth);
+        }
+        const std::vector<float> found = images::floats(normals(depth_of(device, camera, depth), {.noise = 9e-4}));
+        Angles off;
+        for (std::size_t i = 0; i < depth.size(); ++i)
+            if (depth[i] == depth[i])
+                off.add(vector_at(found, i), -wall);
+        std::printf("normals through %-42s noise of 9e-4: mean %.3f degrees\n", name.c_str(), off.mean());
+        INFO(name);
+        CHECK(off.mean() <= normals_noise_error_deg);
+    }
+}
+
+TEST_CASE("lens operations: fog through every lens is within fog_error of the closed form", "[lens]") {
+    const Device device = test_device();
+    for (const auto& [name, plain] : lens_subjects()) {
+        const std::vector<PixelRay> rays = all_rays(plain);
+        for (const bool along_axis : {false, true})
+            for (const bool height : {false, true}) {
+                Camera camera = plain;
+                camera.encoding = along_axis ? Encoding::view_z : Encoding::ray_distance;
+                camera.view = turned_view();
+                const FogOptions fog_options{.density = 0.11,
+                                             .start = along_axis ? 0.75 : 0.0,
+                                             .fog_color = {0.5, 0.6, 0.7},
+                                             .height_falloff = height ? 0.35 : 0.0,
+                                             .reference_height = 1.5};
+                std::mt19937 random(11);
+                std::vector<float> depth, color;
+                for (const PixelRay& ray : rays) {
+                    const auto part = ray ? part_stored(camera, *ray) : std::nullopt;
+                    const double distance = 0.5 + static_cast<double>(random() % 10000) / 700;
+                    depth.push_back(!part                ? no_depth
+                                    : random() % 50 == 0 ? std::numeric_limits<float>::infinity()
+                                                         : static_cast<float>(distance * *part));
+                    for (int i = 0; i < 3; ++i)
+                        color.push_back(static_cast<float>(random() % 1024) / 1024);
+                }
+                const Image picture =
+                    Image::from_host(device, Element::f32, color.data(), {camera.width, camera.height, 3});
+                const std::vector<float> found =
+                    images::floats(fog(depth_of(device, camera, depth), picture, fog_options));
+                const Eigen::Matrix4d world = camera.view->inverse();
+                const Real h0 = static_cast<Real>(world(1, 3)), falloff = fog_options.height_falloff;
+                double worst = 0;
+                long wrong = 0;
+                for (std::size_t i = 0; i < depth.size(); ++i) {
+                    if (std::isnan(depth[i])) {
+                        for (std::size_t c = 0; c < 3; ++c)
+                            wrong += found[3 * i + c] != color[3 * i + c];
+                        continue;
+                    }
+                    const Real part = *part_stored(camera, *rays[i]), begin = fog_options.start,
+                               end = std::max(static_cast<Real>(depth[i]) / part, begin);
+                    const Real rise = (world.topLeftCorner<3, 3>() * *rays[i]).y(), rate = falloff * rise;
+                    const Real at_start = std::exp(-falloff * (h0 - fog_options.reference_height + rise * begin));
+                    const Real length = height ? -std::expm1(-rate * (end - begin)) / rate : end - begin;
+                    const Real opacity = -std::expm1(-fog_options.density * at_start * length);
+                    for (std::size_t c = 0; c < 3; ++c) {
+                        const Real before = color[3 * i + c], its = fog_options.fog_color[c],
+                                   exact = before + opacity * (its - before);
+                        worst =
+                            std::max(worst, static_cast<double>(std::abs(static_cast<Real>(found[3 * i + c]) - exact) /
+                                                                std::max(before, its)));
+                    }
+                }
+                std::printf("fog through %-42s %-4s %-7s off %.2f * 2^-24 of the larger colour\n", name.c_str(),
+                            along_axis ? "axis" : "ray", height ? "height" : "uniform", worst * 0x1p24);
+                INFO(name << (along_axis ? ", view-z" : ", ray-distance") << (height ? ", height" : ", uniform"));
+                CHECK(wrong == 0);
+                CHECK(worst <= fog_error);
+            }
+    }
+}
+
+TEST_CASE("lens operations: circles of confusion through every lens are within coc_ulp", "[lens]") {
+    const Device device = test_device();
+    for (const auto& [name, plain] : lens_subjects()) {
+        const std::vector<PixelRay> rays = all_rays(plain);
+        const bool plane = plain.lens->law == LensLaw::brown;
+        for (const bool along_axis : {false, true}) {
+            Camera camera = plain;
+            camera.encoding = along_axis ? Encoding::view_z : Encoding::ray_distance;
+            // A lens of 20 mm at f/2 that is focused at 3 m.
+            const CircleOfConfusion circle =
+                circle_of_confusion({.f_stop = 2, .focus = 3, .focal_length_mm = 20}, camera);
+            const Real scale = pixel_scale(camera).x, k = 0.01L * scale / 3, g = 0.01L * scale;
+            CHECK(static_cast<double>(circle.k) == Approx(static_cast<double>(k)).epsilon(1e-12));
+            CHECK(static_cast<double>(circle.g) == Approx(static_cast<double>(g)).epsilon(1e-12));
+            std::mt19937 random(13);
+            std::vector<float> depth;
+            for (const PixelRay& ray : rays) {
+                const auto part = ray ? part_stored(camera, *ray) : std::nullopt;
+                const double distance = 0.3 + static_cast<double>(random() % 10000) / 700;
+                depth.push_back(part ? static_cast<float>(distance * *part) : 1.0f);
+            }
+            const DofMasks masks = dof_masks(depth_of(device, camera, depth), circle,
+                                             {.near_weight = true, .focus_weight = true, .far_weight = true});
+            const std::vector<float> found = images::floats(masks.coc), near = images::floats(masks.near_weight),
+                                     focus = images::floats(masks.focus_weight), far = images::floats(masks.far_weight);
+            double worst = 0;
+            long wrong = 0;
+            for (std::size_t i = 0; i < depth.size(); ++i) {
+                const auto part = rays[i] ? part_stored(camera, *rays[i]) : std::nullopt;
+                const double ahead = rays[i] ? forwards_of(camera) * rays[i]->z() : 0;
+                const bool at_89_degrees =
+                    along_axis && rays[i] && std::abs(ahead / std::cos(89 * std::numbers::pi / 180) - 1) < 1e-5;
+                if (at_89_degrees)
+                    continue;
+                if (!part || (plane && !(ahead > 0))) {
+                    wrong += found[i] == found[i] || near[i] + focus[i] + far[i] != 0;
+                    continue;
+                }
+                const Real distance = static_cast<Real>(depth[i]) / *part,
+                           counted = plane ? distance * ahead : distance,
+                           exact = static_cast<Real>(circle.k) - static_cast<Real>(circle.g) / counted;
+                const float larger = std::max(static_cast<float>(std::abs(exact)), static_cast<float>(k));
+                const auto ulp = static_cast<Real>(std::ldexp(1.0, std::ilogb(larger) - 23));
+                worst = std::max(worst, static_cast<double>(std::abs(static_cast<Real>(found[i]) - exact) / ulp));
+                wrong += found[i] != found[i] || near[i] + focus[i] + far[i] != 1;
+            }
+            std::printf("circles through %-42s %-4s off %.2f ulp\n", name.c_str(), along_axis ? "axis" : "ray", worst);
+            INFO(name << (along_axis ? ", view-z" : ", ray-distance"));
+            CHECK(wrong == 0);
+            CHECK(worst <= coc_ulp);
+        }
+    }
+}
+
+TEST_CASE("lens operations: the focus of a lens is a plane for brown and a sphere otherwise", "[lens]") {
+    for (const std::size_t which : {1u, 4u}) {
+        const auto [name, camera] = lens_subjects().at(which);
+        const double x = 10.5, y = 20.5, ahead = ray_of(camera, x, y)->z();
+        const bool plane = camera.lens->law == LensLaw::brown;
+        INFO(name);
+        CHECK(depth_along_ray(camera, x, y, 4) == Approx(plane ? 4 * ahead : 4).epsilon(1e-12));
+        const std::vector<float> depth(static_cast<std::size_t>(camera.width * camera.height), 4.0f);
+        const StoredDepth stored = depth_of(test_device(), camera, depth);
+        CHECK(depth_at(stored, 10, 20) == Approx(plane ? 4 * ahead : 4).epsilon(1e-6));
+        LensArguments lens;
+        lens.f_stop = 2;
+        lens.focus_at = LensArguments::Pixel{10, 20};
+        lens.focal_length_mm = 20;
+        const DofMasks masks = dof_masks(stored, circle_for(lens, stored));
+        CHECK(std::abs(images::floats(masks.coc)[static_cast<std::size_t>(20 * camera.width + 10)]) < 1e-5f);
+        CHECK((widest_coc(stored, circle_for(lens, stored)) > 1e-3f) == plane);
+    }
+}
+
+TEST_CASE("lens operations: every vector width, group, arithmetic, budget and part has the same bits", "[lens]") {
+    for (const std::size_t which : {0u, 2u, 9u, 11u}) {
+        Camera camera = lens_subjects().at(which).camera;
+        camera.encoding = which == 9 ? Encoding::view_z : Encoding::ray_distance;
+        camera.view = turned_view();
+        const auto pixels = static_cast<std::size_t>(camera.width * camera.height);
+        std::vector<float> values(pixels), color(3 * pixels);
+        std::mt19937 random(5);
+        for (float& value : values)
+            value = 0.5f + static_cast<float>(random() % 1000) / 700.0f;
+        for (float& value : color)
+            value = static_cast<float>(random() % 1000) / 1000.0f;
+        struct Part {
+            int x, y, width, height;
+        };
+        const auto results = [&](const DeviceOptions& options, const Part& part) {
+            const Device device = test_device(options);
+            const StoredDepth stored = depth_of(device, camera, values).region(part.x, part.y, part.width, part.height);
+            const Image picture = Image::from_host(device, Element::f32, color.data(), {camera.width, camera.height, 3})
+                                      .region(part.x, part.y, part.width, part.height);
+            std::vector<std::vector<float>> all;
+            for (const NormalMethod method : {NormalMethod::neighbours, NormalMethod::least_squares})
+                all.push_back(images::floats(normals(stored, {.method = method, .space = Space::world})));
+            all.push_back(images::floats(fog(stored, picture, {.density = 0.2, .height_falloff = 0.3})));
+            all.push_back(images::floats(dof_masks(stored, CircleOfConfusion{5, 9}).coc));
+            return all;
+        };
+        const auto bits = [](const std::vector<float>& all) {
+            std::vector<std::uint32_t> result(all.size());
+            std::ranges::transform(all, result.begin(), [](float each) { return std::bit_cast<std::uint32_t>(each); });
+            return result;
+        };
+        const Part whole{0, 0, camera.width, camera.height}, part{37, 21, 141, 107};
+        const auto expected = results({}, whole);
+        for (const DeviceOptions& options : {DeviceOptions{.vector_width = 1},
+                                             {.vector_width = 4},
+                                             {.vector_width = 8},
+                                             {.vector_width = 16},
+                                             {.group_size = 1},
+                                             {.group_size = 256},
+                                             {.memory_budget = 200000}}) {
+            const auto found = results(options, whole);
+            for (std::size_t i = 0; i < found.size(); ++i)
+                CHECK(bits(found[i]) == bits(expected[i]));
+        }
+        const auto of_part = results({}, part);
+        for (std::size_t i = 0; i < of_part.size(); ++i) {
+            const std::size_t channels = expected[i].size() / pixels;
+            const int reach = i == 0 ? normals_reach_neighbours : i == 1 ? normals_reach_least_squares : 0;
+            long different = 0;
+            for (int y = reach; y < part.height - reach; ++y)
+                for (int x = reach; x < part.width - reach; ++x)
+                    for (std::size_t c = 0; c < channels; ++c) {
+                        const auto at = static_cast<std::size_t>(y * part.width + x) * channels + c,
+                                   there =
+                                       static_cast<std::size_t>((y + part.y) * camera.width + x + part.x) * channels +
+                                       c;
+                        different += std::bit_cast<std::uint32_t>(of_part[i][at]) !=
+                                     std::bit_cast<std::uint32_t>(expected[i][there]);
+                    }
+            CHECK(different == 0);
+        }
+    }
+}
