@@ -9,13 +9,16 @@
 #include "camera_file/imported.hpp"
 #include "camera_file/json_object.hpp"
 #include "camera_file/key_names.hpp"
+#include "camera_file/lens_key.hpp"
 #include "camera_file/presets.hpp"
 
 #include <fathom/doubts.hpp>
 #include <fathom/error.hpp>
 #include <fathom/image.hpp>
+#include <fathom/pixel_rays.hpp>
 #include <fathom/presets.hpp>
 
+#include <nanobind/ndarray.h>
 #include <nanobind/stl/filesystem.h>
 #include <nanobind/stl/optional.h>
 #include <nanobind/stl/pair.h>
@@ -214,6 +217,52 @@ std::string shown(const CameraObject& camera) {
     return "fathom.Camera(" + text + ")" + (camera.is_for_view_depth() ? ".for_view_depth()" : "");
 }
 
+// What `each` makes of each vector along the last axis of an array, NaN where it makes nothing.
+template <Eigen::Index From, Eigen::Index To, typename Each>
+nb::object of_each(nb::handle given, const char* name, const Each& each) {
+    using Array = nb::ndarray<const double, nb::c_contig, nb::device::cpu>;
+    const auto array =
+        nb::cast<Array>(nb::object(nb::module_::import_("numpy").attr("ascontiguousarray")(given, "float64")));
+    if (array.ndim() == 0 || array.shape(array.ndim() - 1) != From)
+        throw std::invalid_argument(std::string(name) + " must have " + std::to_string(From) +
+                                    " numbers along its last axis");
+    std::vector<std::size_t> shape;
+    for (std::size_t i = 0; i < array.ndim(); ++i)
+        shape.push_back(array.shape(i));
+    shape.back() = To;
+    const std::size_t count = array.size() / From;
+    auto* const made = new double[std::max<std::size_t>(count * To, 1)];
+    const nb::capsule owner(made, [](void* data) noexcept { delete[] static_cast<double*>(data); });
+    using FromVector = Eigen::Matrix<double, From, 1>;
+    using ToVector = Eigen::Matrix<double, To, 1>;
+    for (std::size_t i = 0; i < count; ++i) {
+        const std::optional<ToVector> found = each(FromVector(Eigen::Map<const FromVector>(array.data() + i * From)));
+        Eigen::Map<ToVector>(made + i * To) = found.value_or(ToVector::Constant(std::nan("")));
+    }
+    return nb::cast(nb::ndarray<nb::numpy, double>(made, shape.size(), shape.data(), owner));
+}
+
+// Of a camera whose size is known.
+PixelRays rays_of(const CameraObject& camera) {
+    const Camera& known = camera.file().camera;
+    if (known.width == 0 || known.height == 0)
+        throw std::invalid_argument(
+            "the camera fits an image of any size, and its rays depend on the size; give width and height");
+    return PixelRays(camera.of_size(known.width, known.height));
+}
+
+nb::object ray_of_pixels(const CameraObject& camera, nb::handle pixels) {
+    return of_each<2, 3>(pixels, "pixels", [rays = rays_of(camera)](const Eigen::Vector2d& pixel) {
+        return pixel.allFinite() ? rays.ray_of(pixel.x(), pixel.y()) : std::nullopt;
+    });
+}
+
+nb::object pixel_of_directions(const CameraObject& camera, nb::handle directions) {
+    return of_each<3, 2>(directions, "directions", [rays = rays_of(camera)](const Eigen::Vector3d& direction) {
+        return direction.allFinite() && !direction.isZero(0) ? rays.pixel_of(direction) : std::nullopt;
+    });
+}
+
 } // namespace
 
 const Camera& CameraObject::for_size(int width, int height) const {
@@ -260,7 +309,26 @@ void CameraObject::doubt(const HostDepth& stored, const char* argument) const {
     is_depth_doubted_ = true;
 }
 
+// A map of rays, as NumPy writes it.
+RayMap rays_from_numpy(const fs::path& file) {
+    using Array = nb::ndarray<const float, nb::c_contig, nb::device::cpu>;
+    if (file.extension() != ".npy")
+        io::refuse(file, "is a map of rays, which the Python package reads from .npy: numpy.save(file, rays)");
+    const nb::object numpy = nb::module_::import_("numpy");
+    nb::object loaded;
+    try {
+        loaded = numpy.attr("ascontiguousarray")(numpy.attr("load")(file.string()), "float32");
+    } catch (nb::python_error& error) {
+        io::refuse(file, "cannot be read as a map of rays: " + text_of(nb::str(error.value())));
+    }
+    const auto rays = nb::cast<Array>(loaded);
+    if (rays.ndim() != 3 || rays.shape(2) != 3)
+        io::refuse(file, "is no map of rays, which has rows, columns and three numbers a pixel");
+    return {static_cast<int>(rays.shape(1)), static_cast<int>(rays.shape(0)), {rays.data(), rays.data() + rays.size()}};
+}
+
 void bind_camera(nb::module_& module) {
+    io::ray_reader() = rays_from_numpy;
     const auto warning =
         nb::steal(PyErr_NewExceptionWithDoc("fathom.CameraWarning",
                                             "A camera that can be used, but that hardly anybody means, by itself or "
@@ -309,6 +377,18 @@ Raises fathom.Error, one line with the file's name.)")
         .def("for_view_depth", &CameraObject::for_view_depth,
              "The same camera for view depth, as `linearize` makes it: normals(linearize(depth, c), "
              "c.for_view_depth()).")
+        .def("ray_of", ray_of_pixels, nb::arg("pixels"),
+             nb::sig("def ray_of(self, pixels: numpy.typing.ArrayLike) -> numpy.typing.NDArray[numpy.float64]"),
+             "Unit rays of pixel positions (x, y), (..., 2) to (..., 3), in the axes of view space. Positions count "
+             "from the "
+             "corner of the first stored pixel, so that centres lie at + 0.5. NaN where no ray meets a pixel: beyond a "
+             "lens's "
+             "fold, or outside a fisheye's circle.")
+        .def("pixel_of", pixel_of_directions, nb::arg("directions"),
+             nb::sig("def pixel_of(self, directions: numpy.typing.ArrayLike) -> numpy.typing.NDArray[numpy.float64]"),
+             "The pixel positions that see these directions of view space, (..., 3) to (..., 2): the inverse of "
+             "ray_of. NaN "
+             "where the camera sees nothing.")
         .def("to_dict", dict_of,
              "The keys of the camera file: Camera(**camera.to_dict()) is the same camera. A camera for view depth has "
              "none.")

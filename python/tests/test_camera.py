@@ -286,3 +286,34 @@ def test_a_damaged_camera_file_is_told_as_it_is(tmp_path, monkeypatch):
         fathom.Error, match="reads camera files, glTF and transforms.json only: import of fathom._importers"
     ):
         fathom.Camera.load(tmp_path / "camera.yaml")
+
+
+def test_rays_of_pixels_and_pixels_of_rays(keys):
+    """Of a pinhole by its definition, of a fisheye by its law, and there and back."""
+    camera = fathom.Camera(**keys)
+    pixels = numpy.stack(numpy.meshgrid(numpy.arange(WIDTH) + 0.5, numpy.arange(HEIGHT) + 0.5), axis=-1)
+    rays = camera.ray_of(pixels)
+    assert rays.shape == (HEIGHT, WIDTH, 3) and rays.dtype == numpy.float64
+    points = fathom.unproject(numpy.full((HEIGHT, WIDTH), 2, numpy.float32), camera)
+    assert numpy.allclose(rays, points / numpy.linalg.norm(points, axis=-1, keepdims=True), atol=1e-6)
+    assert numpy.abs(camera.pixel_of(rays) - pixels).max() < 1e-9
+
+    size = {"width": 640, "height": 480, "encoding": "ray-distance", "view_axes": "opencv"}
+    fisheye = fathom.Camera(
+        **size, intrinsics={"fx": 150, "fy": 150, "cx": 320, "cy": 240}, lens={"model": "equidistant"}
+    )
+    angle = 150 / 150
+    assert numpy.allclose(fisheye.ray_of([470, 240]), [numpy.sin(angle), 0, numpy.cos(angle)], atol=1e-14)
+    assert numpy.allclose(fisheye.pixel_of([[0, 0, 3], [1, 0, 0]]), [[320, 240], [320 + 150 * numpy.pi / 2, 240]])
+    assert numpy.isnan(fisheye.ray_of([[320 + 150 * 3.2, 240], [0.5, 0.5]])).all(axis=-1).tolist() == [True, False]
+    assert camera.ray_of(numpy.empty((0, 2))).shape == (0, 3)
+    assert camera.ray_of([numpy.nan, 1]).shape == (3,) and numpy.isnan(camera.pixel_of([0, 0, 0])).all()
+
+
+def test_rays_need_a_size_and_pairs(keys):
+    with pytest.raises(ValueError, match="fits an image of any size"):
+        fathom.Camera(preset="kinect", fx=525, fy=525, cx=319.5, cy=239.5).ray_of([1, 2])
+    with pytest.raises(ValueError, match="pixels must have 2 numbers along its last axis"):
+        fathom.Camera(**keys).ray_of([1, 2, 3])
+    with pytest.raises(ValueError, match="directions must have 3 numbers"):
+        fathom.Camera(**keys).pixel_of(5)

@@ -1,5 +1,6 @@
 """The snippets of docs/python.md and of the README run, and so do the examples."""
 
+import json
 import pathlib
 import re
 import subprocess
@@ -72,7 +73,7 @@ def example(name, *arguments, cwd):
 
 def test_every_example_is_run_here_and_linked():
     names = {file.name for file in EXAMPLES.glob("*.py")}
-    assert names == {"window_buffer.py", "kinect.py", "occlusion_and_bokeh.py"}
+    assert names == {"window_buffer.py", "kinect.py", "occlusion_and_bokeh.py", "rays_of_a_lens.py"}
     for name in names:
         assert f"../examples/python/{name}" in PAGE
 
@@ -87,6 +88,29 @@ def test_kinect(tmp_path):
     pytest.importorskip("PIL")
     said = example("kinect.py", ROOT / "tests/kinect.png", cwd=tmp_path)
     assert re.search(r"the middle lies at \[.*\] m, its normal is \[.*\]", said)
+
+
+def test_rays_of_a_lens(tmp_path):
+    """Mei's model without its sphere and its distortion is a pinhole, and with them its own projection finds each pixel again."""
+    size = {"width": 60, "height": 40, "encoding": "view-z", "view_axes": "opencv"}
+
+    def camera(*numbers):
+        example("rays_of_a_lens.py", 60, 40, *numbers, "rays.npy", cwd=tmp_path)
+        (tmp_path / "camera.json").write_text(json.dumps({**size, "lens": {"rays": "rays.npy"}}))
+        return fathom.Camera.load(tmp_path / "camera.json")
+
+    z = numpy.full((40, 60), 2, numpy.float32)
+    pinhole = fathom.Camera(**size, fx=50, fy=51, cx=29, cy=20, pixel_origin="centre")
+    assert numpy.allclose(fathom.unproject(z, camera(50, 51, 29, 20, 0, 0, 0, 0, 0)), fathom.unproject(z, pinhole), atol=1e-6)
+
+    xi, k1, k2, p1, p2 = 0.9, -0.1, 0.02, 1e-3, -2e-3
+    p = fathom.unproject(z, camera(80, 80, 29, 20, xi, k1, k2, p1, p2)).astype(float)
+    x, y = (p[..., i] / (p[..., 2] + xi * numpy.linalg.norm(p, axis=-1)) for i in range(2))
+    r = x * x + y * y
+    u = x * (1 + k1 * r + k2 * r**2) + 2 * p1 * x * y + p2 * (r + 2 * x * x)
+    v = y * (1 + k1 * r + k2 * r**2) + p1 * (r + 2 * y * y) + 2 * p2 * x * y
+    row, column = numpy.mgrid[:40, :60]
+    assert numpy.abs(u * 80 + 29 - column).max() < 1e-4 and numpy.abs(v * 80 + 20 - row).max() < 1e-4
 
 
 def test_occlusion_and_bokeh(tmp_path):
