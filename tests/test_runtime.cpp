@@ -32,7 +32,7 @@ Camera camera(int width, int height) {
 runtime::Kernel& linearize_kernel() {
     return runtime::kernel(
         device(), "linearize",
-        {{"V", 1}, {"STREAM", 0}, {"FORM", 0}, {"STORAGE", 0}, {"PIXEL_TERMS", 0}, {"W_IS_DEPTH", 1}});
+        {{"V", 1}, {"STREAM", 0}, {"FORM", 0}, {"STORAGE", 0}, {"PIXEL_TERMS", 0}, {"W_IS_DEPTH", 1}, {"LENS", 0}});
 }
 
 std::vector<float> counted(std::size_t count) {
