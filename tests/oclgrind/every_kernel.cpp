@@ -200,7 +200,8 @@ int run_streamed(const Device& device, const Camera& camera) {
     const DepthForm form = depth_form(camera);
     const Rays view = camera_rays(camera);
     const Arithmetic arithmetic = device.options().arithmetic;
-    const auto defines = decoder_defines(form, view, stored.storage, vector_width, /*stream=*/true);
+    runtime::Defines defines = decoder_defines(form, view, stored.storage, vector_width, /*stream=*/true);
+    defines.emplace_back("LENS", false);
     runtime::launch(
         device, runtime::kernel(device, "linearize", defines), {static_cast<std::size_t>(32 / vector_width), height},
         stored.image, result, grid_parameters(stored, result, 0, 32),
