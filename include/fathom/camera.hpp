@@ -102,8 +102,8 @@ struct Camera {
         depth_bits; ///< 1 to 24, or 32: of the buffer that a float image came from, for error bounds and fits
     std::optional<Eigen::Matrix4d> view; ///< world to view, in the projection's axes
     /// What bends the pixels' rays. Of the projection then only the axes of view space count, and with `brown` and `window` what turns
-    /// a depth buffer's values into depth: those of a pinhole whose picture was warped. `linearize`, `unproject`, `normals`, `fog`,
-    /// `dof_masks` and `PixelRays` take the camera; everything else refuses it.
+    /// a depth buffer's values into depth: those of a pinhole whose picture was warped. `PixelRays` and the operations take the
+    /// camera, but for `ssao` and `dof`; everything else refuses it.
     std::optional<LensModel> lens = {};
     /// The lens of the raw image, if this image is said to be undistorted. Only warnings use it.
     std::optional<LensModel> raw_lens = {};

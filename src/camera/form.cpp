@@ -24,8 +24,8 @@ using Matrix4 = Eigen::Matrix<Real, 4, 4>;
 void check(const Camera& camera) {
     require(
         !camera.lens, "the camera has the lens ", camera.lens ? to_string(camera.lens->law) : "",
-        ", and this takes straight rays only; linearize, unproject, normals, fog and dof_masks take lenses, and for "
-        "all else undo the distortion (docs/cameras.md)");
+        ", and this takes straight rays only; the operations but ssao and dof take lenses, and for all else undo the "
+        "distortion (docs/cameras.md)");
     require(camera.width > 0 && camera.height > 0, "a camera for ", camera.width, " x ", camera.height,
             " pixels: both must be at least 1");
     const auto [low, high] = camera.depth_range;

@@ -38,8 +38,9 @@ constexpr double alike_noise = 1.5; // or so many times the noise from sample to
 // What the stored values could be instead of what the camera says.
 struct Alternative {
     Shape shape;
-    double parameter;        ///< the rays of a sample are those of the camera
-    std::string meaning;     ///< none: a raw image, whose rays are bent
+    double parameter; ///< the rays of a sample are those of the camera
+    std::string meaning = {};
+    bool raw = false;        ///< the rays are those of the raw image, which are bent
     std::size_t flat = 0;    ///< windows that are flat with it, and bent as the camera has it
     std::size_t against = 0; ///< and where it is the other way round
 };
@@ -201,7 +202,7 @@ Descriptions of_straight_rays(const Camera& camera, Storage storage, const Decod
     std::optional<RawImage> raw;
     if (camera.raw_lens && perspective) {
         raw.emplace(camera, decoder);
-        others.push_back({Shape::affine, 0, ""});
+        others.push_back({.shape = Shape::affine, .parameter = 0, .raw = true});
     }
     return {others, [&decoder](const Sampled& sampled, int i) { return decoder.sample(sampled, i); },
             [others, raw, &decoder](const Sampled& sampled, const Descriptions::Chosen&,
@@ -211,8 +212,8 @@ Descriptions of_straight_rays(const Camera& camera, Storage storage, const Decod
                     quantities.push_back(decoder.quantity(each));
                 std::vector<double> misfits{misfit(samples, quantities)};
                 for (const Alternative& other : others)
-                    misfits.push_back(other.meaning.empty() ? raw->misfit_of(sampled).value_or(misfits.front())
-                                                            : misfit(samples, other.shape, other.parameter));
+                    misfits.push_back(other.raw ? raw->misfit_of(sampled).value_or(misfits.front())
+                                                : misfit(samples, other.shape, other.parameter));
                 return misfits;
             }};
 }
@@ -351,7 +352,7 @@ std::optional<std::string> flat_surfaces_doubt(const Subject& subject) {
         (form.perspective ? least_part : least_part_orthographic) * best->flat < places ||
         best->flat <= to_one * best->against)
         return std::nullopt;
-    if (best->meaning.empty())
+    if (best->raw)
         return "flat surfaces are bent, and flat if the distortion of the lens has not been undone; undo it, or do not "
                "say that it was (\"undistorted\", \"raw_lens\")";
     return text("flat surfaces are bent as \"", to_string(camera.encoding), "\" has it, and flat if the values are ",
