@@ -174,6 +174,11 @@ TEST_CASE("doubts: units that no source of metres or millimetres has are told", 
     check_told(tum, host(image<std::uint16_t>(kinect), Storage::uint16), "if the codes are millimetres");
     check_silent(millimetres, host(image<std::uint16_t>([](double z) { return 10 * std::round(250 * z); }),
                                    Storage::uint16)); // centimetres
+    // A wall and a box that are seen straight on have one depth each, which may be multiples of 5.
+    std::vector<std::uint16_t> wall(width * height, 4375);
+    for (int y = height / 3; y < height / 2; ++y)
+        std::fill_n(wall.begin() + y * width + width / 3, width / 5, std::uint16_t{4175});
+    check_silent(millimetres, host(wall, Storage::uint16));
     metres.usual_metres = 50;
     check_told(metres, host(image<float>([](double z) { return 100 * z; }), Storage::float32), "0.01 centimetres");
     Camera bytes = millimetres;

@@ -103,6 +103,11 @@ TEST_CASE("lenses: the camera file says the model, its coefficients, or the ends
         check_says([&] { read(folder, keys); }, parts);
     };
     refused(pixels + R"("lens": {"model": "brwn"})", {"camera.json", "lens.model", "the nearest is \"brown\""});
+    for (const char* name : {"fisheye", "kannala-brandt"})
+        refused(pixels + R"("lens": {"model": ")" + name + R"("})", {"is called \"opencv-fisheye\""});
+    refused(pixels + R"("lens": {"model": "equidistant", "k": [0, 0, 0, 0]})", {"opencv-fisheye"});
+    refused(R"("lens": {"model": "equirectangular"}, "perspective": {"fov_y_deg": 60})", {"leave it out"});
+    refused(pixels + R"("lens": {"model": "equidistant"}, "along": "cube")", {"all other"});
     refused(pixels + R"("lens": {"k": [1]})", {"lens.model", "is missing"});
     refused(pixels + R"("lens": {"model": "brown", "k": [1, 2]})",
             {"camera.json", "has 2 coefficients", "4, 5, 8 or 12"});

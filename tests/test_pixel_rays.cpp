@@ -243,7 +243,8 @@ TEST_CASE("PixelRays: what is no lens is refused with its number", "[lens]") {
                ContainsSubstring("has 3 coefficients; it takes 4, 5"));
     CHECK_THAT(refused({LensLaw::opencv_fisheye, 10, 10, 5, 5, {0.1}}),
                ContainsSubstring("has 1 coefficients; it takes 4"));
-    CHECK_THAT(refused({LensLaw::equidistant, 10, 10, 5, 5, {0.1}}), ContainsSubstring("it takes 0"));
+    CHECK_THAT(refused({LensLaw::equidistant, 10, 10, 5, 5, {0.1}}),
+               ContainsSubstring("it takes 0, and what ROS and Kalibr call so is opencv-fisheye"));
     CHECK_THAT(refused({LensLaw::brown, 10, 10, 5, 5, {nan, 0, 0, 0}}), ContainsSubstring("must be finite"));
     CHECK_THAT(refused({LensLaw::equidistant, 0, 10, 5, 5}), ContainsSubstring("fx = 0"));
     CHECK_THAT(refused({LensLaw::double_sphere, 10, 10, 5, 5, {0.1, 1}}), ContainsSubstring("alpha = 1"));

@@ -250,7 +250,7 @@ void check_parameters(const JsonObject& json, const Camera& camera) {
     only("along",
          encoding == linear || encoding == inverse || encoding == inverse_range ||
              (json.has("lens") && encoding != ray_distance),
-         "\"linear\", \"inverse\" and \"inverse-range\"");
+         json.has("lens") ? "all other encodings" : "\"linear\", \"inverse\" and \"inverse-range\"");
     only("from_near_plane", encoding == ray_distance, "\"ray-distance\"");
     const bool has_both =
         encoding == linear || encoding == exponential || encoding == pseudo_linear || encoding == inverse_range;

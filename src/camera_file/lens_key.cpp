@@ -19,6 +19,9 @@ std::vector<double> ends_of(const JsonObject& own, const char* key, double most)
 std::optional<LensLaw> law_of(const JsonObject& own) {
     const auto known = [](LensLaw law) { return std::pair{to_string(law), std::optional(law)}; };
     using enum LensLaw;
+    for (const char* name : {"fisheye", "kannala-brandt", "kannala_brandt"})
+        if (own.string("model") == name)
+            own.refuse_value("model", "is called \"opencv-fisheye\"");
     const auto law = own.one_of<std::optional<LensLaw>>("model", {known(brown),
                                                                   known(equidistant),
                                                                   known(equisolid),
@@ -56,7 +59,8 @@ std::optional<LensKey> read_lens_key(const JsonObject& json, Encoding encoding) 
     for (const char* each : {"projection", "perspective", "orthographic", "oblique_near_plane"})
         if (json.has(each))
             json.refuse_whole(std::string("has both \"lens\" and \"") + each +
-                              "\"; a lens stands beside \"intrinsics\"");
+                              (key.has_projection() ? "\"; such a lens needs none, so leave it out"
+                                                    : "\"; a lens stands beside \"intrinsics\""));
     if (key.has_projection() && json.has("intrinsics"))
         json.refuse_whole("has both \"intrinsics\" and a \"lens\" that needs none; leave \"intrinsics\" out");
     if (key.law && key.law != brown && encoding == Encoding::window)

@@ -30,6 +30,7 @@ constexpr double nearly_all = 0.98;    // of the surfaces
 constexpr float few_units = 0.25f;     // no scene in metres ends so near
 constexpr double half_too_near = 0.4;  // metres, before which cameras of depth see little
 constexpr float nearest_of_fives = 2;  // metres, five times what they see at least
+constexpr std::size_t to_an_edge = 5;  // codes; fewer differ from their neighbours where surfaces are seen straight on
 constexpr double mostly_far = 0.8;     // what most values of a depth buffer exceed
 constexpr double past_a_plane = 0.1;   // of its distance; nothing that is rightly described lies so far beyond it
 constexpr double many_far = 0.001;     // the same for one value that is farther than all others
@@ -311,7 +312,7 @@ Doubt unit_doubt(const Subject& subject, bool distances) {
     const std::size_t codes = std::accumulate(ends.begin(), ends.end(), std::size_t{});
     const bool is_sensor = distances && camera.usual_metres == 10 && subject.storage == Storage::uint16;
     if (is_sensor && camera.scale == 0.001 && look.nearest >= nearest_of_fives && subject.changes.no_fives == 0 &&
-        4 * subject.changes.odd_fives >= codes)
+        4 * subject.changes.odd_fives >= codes && to_an_edge * subject.changes.neighbours >= codes)
         return text(
             "its codes are multiples of 5, and nothing is nearer than ", number(look.nearest, 3),
             " metres, as in TUM's depth, which has 5000 a metre; if it is such, say \"scale\": 0.0002, or --preset "

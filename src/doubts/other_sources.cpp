@@ -136,7 +136,8 @@ Doubt panorama_doubt(const Subject& subject) {
     if (quantile(seam, 0.75) > 1.5 * quantile(step, 0.75) + 0x1p-12 + code || !(differs || is_curved))
         return std::nullopt;
     return "it is twice as wide as high, and its left and right columns continue each other, as in a picture of all "
-           "directions (equirectangular), which no \"perspective\" describes; cut it into views first";
+           "directions (equirectangular), which no \"perspective\" describes, but a \"lens\" of the model "
+           "\"equirectangular\" does; or cut it into views";
 }
 
 } // namespace

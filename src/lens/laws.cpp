@@ -69,7 +69,8 @@ void check(const LensModel& model) {
         require(count == 4 || count == 5 || count == 8 || count == 12, "the lens ", name, " has ", count,
                 " coefficients; it takes 4, 5, 8 or 12: k1 k2 p1 p2 k3 k4 k5 k6 s1 s2 s3 s4");
     else
-        require(count == most, "the lens ", name, " has ", count, " coefficients; it takes ", most);
+        require(count == most, "the lens ", name, " has ", count, " coefficients; it takes ", most,
+                model.law == LensLaw::equidistant ? ", and what ROS and Kalibr call so is opencv-fisheye" : "");
     for (const double each : model.k)
         require(std::isfinite(each), "a coefficient of the lens ", name, " is ", each, "; it must be finite");
     for (const auto& [key, value] : {std::pair{"fx", model.fx}, {"fy", model.fy}})
