@@ -443,11 +443,6 @@ TEST_CASE("lens operations: every vector width, group, arithmetic, budget and pa
             all.push_back(images::floats(dof_masks(stored, CircleOfConfusion{5, 9}).coc));
             return all;
         };
-        const auto bits = [](const std::vector<float>& all) {
-            std::vector<std::uint32_t> result(all.size());
-            std::ranges::transform(all, result.begin(), [](float each) { return std::bit_cast<std::uint32_t>(each); });
-            return result;
-        };
         const Part whole{0, 0, camera.width, camera.height}, part{37, 21, 141, 107};
         const auto expected = results({}, whole);
         for (const DeviceOptions& options : {DeviceOptions{.vector_width = 1},
@@ -459,7 +454,7 @@ TEST_CASE("lens operations: every vector width, group, arithmetic, budget and pa
                                              {.memory_budget = 200000}}) {
             const auto found = results(options, whole);
             for (std::size_t i = 0; i < found.size(); ++i)
-                CHECK(bits(found[i]) == bits(expected[i]));
+                CHECK(images::same_bits(found[i], expected[i]));
         }
         const auto of_part = results({}, part);
         for (std::size_t i = 0; i < of_part.size(); ++i) {

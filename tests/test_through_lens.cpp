@@ -2,6 +2,7 @@
 // The tolerance is unproject_relative_error of the distance. Rays are those of PixelRays, which test_pixel_rays.cpp checks.
 
 #include "catch.hpp"
+#include "images.hpp"
 #include "lenses.hpp"
 #include "test_device.hpp"
 
@@ -189,11 +190,6 @@ TEST_CASE("unproject: through a lens every vector width, group, arithmetic and p
             unproject({image, camera, Storage::float32, x, y}).download(result.data());
             return result;
         };
-        const auto bits = [](const std::vector<float>& all) {
-            std::vector<std::uint32_t> result(all.size());
-            std::ranges::transform(all, result.begin(), [](float each) { return std::bit_cast<std::uint32_t>(each); });
-            return result;
-        };
         const std::vector<float> whole = positions({}, 0, 0, camera.width, camera.height);
         for (const DeviceOptions& options : {DeviceOptions{.vector_width = 1},
                                              {.vector_width = 4},
@@ -202,14 +198,14 @@ TEST_CASE("unproject: through a lens every vector width, group, arithmetic and p
                                              {.group_size = 1},
                                              {.group_size = 256},
                                              {.arithmetic = Arithmetic::two_float}})
-            CHECK(bits(positions(options, 0, 0, camera.width, camera.height)) == bits(whole));
+            CHECK(images::same_bits(positions(options, 0, 0, camera.width, camera.height), whole));
         const std::vector<float> part = positions({}, 137, 61, 101, 67);
         std::vector<float> of_whole;
         for (int row = 61; row < 61 + 67; ++row) {
             const auto begin = whole.begin() + 3 * (row * camera.width + 137);
             of_whole.insert(of_whole.end(), begin, begin + 3 * 101);
         }
-        CHECK(bits(part) == bits(of_whole));
+        CHECK(images::same_bits(part, of_whole));
     }
 }
 
