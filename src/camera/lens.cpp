@@ -155,10 +155,9 @@ double depth_along_ray(const Camera& camera, double x, double y, double distance
     if (camera.lens) {
         require(distance > 0, "distance = ", distance, " must be greater than 0");
         const lens::CameraLens lens(camera);
-        const auto ray = lens.ray(x, y);
+        const auto ray = lens.direction(x, y);
         require(ray.has_value(), "pixel position (", x, ", ", y, ") has no ray");
-        return has_plane_in_focus(camera) ? distance * lens.ahead({(*ray)[0].value, (*ray)[1].value, (*ray)[2].value})
-                                          : distance;
+        return has_plane_in_focus(camera) ? distance * lens.ahead(*ray) : distance;
     }
     const CentreRays rays = centre_rays(camera_rays(camera));
     require(!std::isnan(distance) && (!rays.perspective || distance > 0), "distance = ", distance,

@@ -114,10 +114,9 @@ LensFindings lens_findings(const Camera& camera) {
     LensFindings found{.fold = lens.laws().fold()};
     for (int y = 0; y < camera.height; ++y)
         for (int x = 0; x < camera.width; ++x) {
-            const auto ray = lens.ray(x + 0.5, y + 0.5);
+            const auto ray = lens.direction(x + 0.5, y + 0.5);
             found.no_ray += !ray;
-            found.steep += ray && counted_along(camera) == Along::axis &&
-                           lens.ahead({(*ray)[0].value, (*ray)[1].value, (*ray)[2].value}) < lens::least_ahead();
+            found.steep += ray && counted_along(camera) == Along::axis && lens.ahead(*ray) < lens::least_ahead();
         }
     return found;
 }

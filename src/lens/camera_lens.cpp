@@ -36,6 +36,14 @@ std::optional<RayJets> CameraLens::ray(double x, double y) const {
     return ray;
 }
 
+std::optional<Eigen::Vector3d> CameraLens::direction(double x, double y) const {
+    const auto ray = laws_.ray((x - model_.cx) / model_.fx, (first_ + down_ * y - model_.cy) / model_.fy);
+    if (!ray)
+        return std::nullopt;
+    const auto& [a, b, c] = *ray;
+    return to_view_.cwiseProduct(Eigen::Vector3d(a.value, b.value, c.value));
+}
+
 void CameraLens::require_unfolded(int width, int height) const {
     const auto& fold = laws_.fold();
     if (!fold || fold->angle >= std::numbers::pi / 2)
@@ -44,7 +52,7 @@ void CameraLens::require_unfolded(int width, int height) const {
     int beyond = 0;
     for (int y = 0; y < across; ++y)
         for (int x = 0; x < across; ++x)
-            beyond += !ray((x + 0.5) * width / across, (y + 0.5) * height / across);
+            beyond += !direction((x + 0.5) * width / across, (y + 0.5) * height / across);
     require(2 * beyond <= across * across, "the lens ", to_string(law()), " folds ",
             fold->angle * 180 / std::numbers::pi, " degrees from its axis, at a radius of ", fold->radius,
             " focal lengths, where ", fold->coefficient, " bends it most, and ", 100 * beyond / (across * across),

@@ -14,6 +14,8 @@ public:
 
     /// The unit ray through a position that is counted from the corner of the first stored pixel, and its derivatives by pixels.
     std::optional<RayJets> ray(double x, double y) const;
+    /// The same without derivatives, in less time.
+    std::optional<Eigen::Vector3d> direction(double x, double y) const;
 
     /// The position in which a direction is seen.
     std::optional<Eigen::Vector2d> pixel(const Eigen::Vector3d& direction) const;

@@ -13,6 +13,8 @@ struct Jet {
     Jet(double constant) : value(constant) {}
     Jet(double its, double by_x, double by_y, double by_xy) : value(its), x(by_x), y(by_y), xy(by_xy) {}
 
+    bool is_constant() const { return x == 0 && y == 0 && xy == 0; }
+
     /// f of it, with f' and f'' at its value.
     Jet through(double f, double slope, double bend) const {
         return {f, slope * x, slope * y, slope * xy + bend * x * y};
@@ -24,6 +26,11 @@ struct Jet {
         return {a.value * b.value, a.value * b.x + a.x * b.value, a.value * b.y + a.y * b.value,
                 a.value * b.xy + a.x * b.y + a.y * b.x + a.xy * b.value};
     }
+    // A constant has no derivatives.
+    friend Jet operator+(double a, const Jet& b) { return {a + b.value, b.x, b.y, b.xy}; }
+    friend Jet operator-(double a, const Jet& b) { return {a - b.value, -b.x, -b.y, -b.xy}; }
+    friend Jet operator*(double a, const Jet& b) { return {a * b.value, a * b.x, a * b.y, a * b.xy}; }
+    friend Jet operator*(const Jet& a, double b) { return b * a; }
     friend Jet operator/(const Jet& a, const Jet& b) {
         const double inverse = 1 / b.value;
         return a * b.through(inverse, -inverse * inverse, 2 * inverse * inverse * inverse);

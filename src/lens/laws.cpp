@@ -91,15 +91,17 @@ void check(const LensModel& model) {
     }
 }
 
-// D of a distorted pinhole: OpenCV's order of coefficients, of which those that are missing are 0.
+// By what a distorted pinhole multiplies a radius, of which the square is given. OpenCV's order of twelve coefficients.
+Jet gain(const std::vector<double>& k, const Jet& square) {
+    return (1 + square * (k[0] + square * (k[1] + square * k[4]))) /
+           (1 + square * (k[5] + square * (k[6] + square * k[7])));
+}
+
+// D of a distorted pinhole.
 Two<Jet> distorted(const std::vector<double>& k, const Jet& x, const Jet& y) {
-    const auto c = [&](std::size_t i) { return Jet(i < k.size() ? k[i] : 0); };
-    const Jet two = 2, square = x * x + y * y;
-    const Jet over = 1 + square * (c(0) + square * (c(1) + square * c(4)));
-    const Jet under = 1 + square * (c(5) + square * (c(6) + square * c(7)));
-    const Jet g = over / under;
-    return {x * g + two * c(2) * x * y + c(3) * (square + two * x * x) + square * (c(8) + square * c(9)),
-            y * g + c(2) * (square + two * y * y) + two * c(3) * x * y + square * (c(10) + square * c(11))};
+    const Jet square = x * x + y * y, g = gain(k, square);
+    return {x * g + 2 * k[2] * x * y + k[3] * (square + 2 * x * x) + square * (k[8] + square * k[9]),
+            y * g + k[2] * (square + 2 * y * y) + 2 * k[3] * x * y + square * (k[10] + square * k[11])};
 }
 
 } // namespace
@@ -109,7 +111,7 @@ Jet Laws::curve(const Jet& at) const {
     const Jet square = at * at;
     switch (model_.law) {
     case LensLaw::brown:
-        return distorted(radial_, at, 0)[0];
+        return at * gain(k, square);
     case LensLaw::equisolid:
         return 2 * sin(at * 0.5);
     case LensLaw::stereographic:
@@ -123,34 +125,32 @@ Jet Laws::curve(const Jet& at) const {
     }
 }
 
-Laws::Laws(const LensModel& model) : model_(model), radial_(model.k) {
+Laws::Laws(const LensModel& model) : model_(model) {
     check(model);
-    if (model.law == LensLaw::brown) {
-        radial_[2] = radial_[3] = 0;
-        radial_.resize(std::min<std::size_t>(radial_.size(), 8));
-    }
-    find_end();
+    if (model.law == LensLaw::brown)
+        model_.k.resize(coefficient_names(model.law).size()); // those that are missing are 0
+    rise_ = Rise(curve(), find_end());
 }
 
 bool Laws::only_radial() const {
-    return std::ranges::equal(radial_, std::span(model_.k).first(radial_.size())) &&
-           std::ranges::all_of(std::span(model_.k).subspan(radial_.size()), [](double each) { return each == 0; });
+    constexpr std::size_t sideways[] = {2, 3, 8, 9, 10, 11};
+    return std::ranges::all_of(sideways, [&](std::size_t i) { return model_.k[i] == 0; });
 }
 
 // Follows the curve outwards until it falls, or until it has reached the last angle.
-void Laws::find_end() {
+double Laws::find_end() {
     const bool pinhole = model_.law == LensLaw::brown, by_radius = model_.law == LensLaw::blender_polynomial;
     constexpr double last_tangent = 1e4,
                      nearly = 1 - 1e-6; // of 89.994 degrees; of a half turn, whose tangent is infinite
     constexpr double longest = 8;       // times the radius that a straight curve takes to a half turn
     constexpr int steps = 40000;
-    end_ = pinhole     ? last_tangent
-           : by_radius ? longest * half_turn / -model_.k[1]
-                       : half_turn * (model_.law == LensLaw::stereographic ? nearly : 1);
+    const double last = pinhole     ? last_tangent
+                        : by_radius ? longest * half_turn / -model_.k[1]
+                                    : half_turn * (model_.law == LensLaw::stereographic ? nearly : 1);
     if (!pinhole && !by_radius && model_.law != LensLaw::opencv_fisheye)
-        return;
+        return last;
     // Even steps of the angle, and of the radius.
-    const auto place = [&](double share) { return pinhole ? std::tan(share * std::atan(last_tangent)) : share * end_; };
+    const auto place = [&](double share) { return pinhole ? std::tan(share * std::atan(last_tangent)) : share * last; };
     const auto rises = [&](double share) {
         const Jet here = curve(Jet(place(share), 1, 0, 0));
         return here.value >= 0 && std::isfinite(here.value) && here.x > 0;
@@ -162,28 +162,29 @@ void Laws::find_end() {
     while (inside < steps && is_inside((inside + 1.0) / steps))
         ++inside;
     if (inside == steps)
-        return;
+        return last;
     double low = static_cast<double>(inside) / steps, high = (inside + 1.0) / steps;
     const bool folds = !rises(high);
     for (int bits = 0; bits < 60; ++bits) {
         const double middle = low + (high - low) / 2;
         (is_inside(middle) ? low : high) = middle;
     }
-    end_ = place(low);
+    const double end = place(low);
     if (!folds)
-        return;
-    const double there = curve(end_).value;
-    fold_ = LensFold{pinhole ? std::atan(end_) : by_radius ? there : end_, by_radius ? end_ : there, ""};
+        return end;
+    const double there = curve(end).value;
+    fold_ = LensFold{pinhole ? std::atan(end) : by_radius ? there : end, by_radius ? end : there, ""};
     // The coefficient without which the curve would rise most there.
     double most = 0;
-    for (std::size_t i = 0; i < radial_.size(); ++i) {
+    for (std::size_t i = 0; i < model_.k.size(); ++i) {
         Laws without = *this;
-        without.model_.k[i] = without.radial_[i] = 0;
-        if (const double rise = without.curve(Jet(end_, 1, 0, 0)).x; rise > most) {
+        without.model_.k[i] = 0;
+        if (const double rise = without.curve(Jet(end, 1, 0, 0)).x; rise > most) {
             most = rise;
             fold_->coefficient = coefficient_names(model_.law)[i];
         }
     }
+    return end;
 }
 
 std::optional<RayJets> Laws::ray(const Jet& u, const Jet& v) const {
@@ -191,7 +192,7 @@ std::optional<RayJets> Laws::ray(const Jet& u, const Jet& v) const {
     switch (model_.law) {
     case LensLaw::brown: {
         const double radius = std::hypot(u.value, v.value);
-        const auto tangent = place_of(curve(), radius, end_);
+        const auto tangent = place_of(curve(), radius, rise_);
         if (!tangent)
             return std::nullopt;
         const double scale = radius > 0 ? *tangent / radius : 1;
@@ -199,7 +200,7 @@ std::optional<RayJets> Laws::ray(const Jet& u, const Jet& v) const {
         std::optional<Two<double>> at = Two<double>{scale * u.value, scale * v.value};
         if (!only_radial())
             at = place_of(map, Two<double>{u.value, v.value}, *at);
-        if (!at || std::hypot((*at)[0], (*at)[1]) > end_ || !(Linear(map, *at).determinant() > 0))
+        if (!at || std::hypot((*at)[0], (*at)[1]) > rise_.end || !(Linear(map, *at).determinant() > 0))
             return std::nullopt;
         const auto [x, y] = with_derivatives(map, *at, {u, v});
         const Jet inverse = one / sqrt(one + x * x + y * y);
@@ -228,11 +229,11 @@ std::optional<RayJets> Laws::ray(const Jet& u, const Jet& v) const {
         const Jet r = sqrt(square);
         Jet angle;
         if (by_radius) {
-            if (radius > end_)
+            if (radius > rise_.end)
                 return std::nullopt;
             angle = curve(r);
         } else {
-            const auto place = place_of(curve(), radius, end_);
+            const auto place = place_of(curve(), radius, rise_);
             if (!place)
                 return std::nullopt;
             angle = with_derivatives(curve(), *place, r);
@@ -250,7 +251,7 @@ std::optional<Eigen::Vector2d> Laws::image(const Eigen::Vector3d& direction) con
         return std::nullopt;
     switch (model_.law) {
     case LensLaw::brown: {
-        if (!(z > 0) || across > end_ * (1 + end_rounding) * z)
+        if (!(z > 0) || across > rise_.end * (1 + end_rounding) * z)
             return std::nullopt;
         const auto map = [this](const Jet& a, const Jet& b) { return distorted(model_.k, a, b); };
         const Linear here(map, {x / z, y / z});
@@ -274,10 +275,10 @@ std::optional<Eigen::Vector2d> Laws::image(const Eigen::Vector3d& direction) con
     default: {
         const double angle = std::atan2(across, z);
         const bool by_radius = model_.law == LensLaw::blender_polynomial;
-        if (angle > (by_radius ? curve(end_).value : end_) * (1 + end_rounding))
+        if (angle > (by_radius ? rise_.value : rise_.end) * (1 + end_rounding))
             return std::nullopt;
-        const auto radius = by_radius ? place_of(curve(), std::min(angle, curve(end_).value), end_)
-                                      : std::optional(curve(std::min(angle, end_)).value);
+        const auto radius = by_radius ? place_of(curve(), std::min(angle, rise_.value), rise_)
+                                      : std::optional(curve(std::min(angle, rise_.end)).value);
         if (across == 0)
             return Eigen::Vector2d(*radius, 0); // straight behind lies on a whole circle
         return Eigen::Vector2d(*radius * x / across, *radius * y / across);

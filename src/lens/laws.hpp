@@ -1,6 +1,6 @@
 #pragma once
 
-#include "lens/jet.hpp"
+#include "lens/solve.hpp"
 
 #include <fathom/lens_model.hpp>
 
@@ -34,11 +34,10 @@ private:
         return [this](const Jet& at) { return curve(at); };
     }
     bool only_radial() const;
-    void find_end();
+    double find_end();
 
     LensModel model_;
-    std::vector<double> radial_; ///< coefficients of a distorted pinhole without what moves pixels sideways
-    double end_ = 0;             ///< of the curve, at most: where it folds, or its last angle
+    Rise rise_; ///< of the curve, at most to where it folds, or to its last angle
     std::optional<LensFold> fold_;
 };
 

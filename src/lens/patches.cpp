@@ -101,7 +101,7 @@ private:
         const int right = std::min(x + tile_side, width_) - 1, bottom = std::min(y + tile_side, height_) - 1;
         for (const int column : {x, right})
             for (const int row : {y, bottom})
-                if (!lens_.ray(column + 0.5, row + 0.5))
+                if (!lens_.direction(column + 0.5, row + 0.5))
                     return false;
         make_nodes(x, y, shift);
         const int h = 1 << shift;
@@ -120,11 +120,10 @@ private:
         for (const PatchNode* corner : corners)
             ahead = std::min(ahead, lens_.ahead((*corner)[0]));
         for (const auto& [s, t] : places) {
-            const auto ray = lens_.ray(x + h * s + 0.5, y + h * t + 0.5);
-            if (!ray)
+            const auto exact = lens_.direction(x + h * s + 0.5, y + h * t + 0.5);
+            if (!exact)
                 return false;
-            const Eigen::Vector3d exact((*ray)[0].value, (*ray)[1].value, (*ray)[2].value);
-            const double here = (blended(corners, blend(s), blend(t)) - exact).norm();
+            const double here = (blended(corners, blend(s), blend(t)) - *exact).norm();
             if (std::isnan(here)) // a corner has no ray
                 return false;
             off = std::max(off, here);

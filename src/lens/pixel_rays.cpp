@@ -31,10 +31,8 @@ PixelRays::PixelRays(const Camera& camera) {
 }
 
 std::optional<Eigen::Vector3d> PixelRays::ray_of(double x, double y) const {
-    if (parts_->through) {
-        const auto ray = parts_->through->ray(x, y);
-        return ray ? std::optional(Eigen::Vector3d((*ray)[0].value, (*ray)[1].value, (*ray)[2].value)) : std::nullopt;
-    }
+    if (parts_->through)
+        return parts_->through->direction(x, y);
     const Eigen::Matrix<long double, 3, 1> direction = parts_->direction * Eigen::Matrix<long double, 3, 1>(x, y, 1);
     return Eigen::Vector3d(direction.normalized().cast<double>());
 }

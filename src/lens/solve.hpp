@@ -9,13 +9,21 @@
 
 namespace fathom::lens {
 
-/// Where a curve that rises from 0 at 0 to `end` takes this value: Newton's steps, and halves of the bracket wherever one would
-/// leave it. None beyond the end. `curve` takes a Jet.
+/// How far a curve rises from 0 at 0, and how steeply it begins to.
+struct Rise {
+    double end = 0, value = 0, slope = 0;
+
+    Rise() = default;
+    Rise(const auto& curve, double its) : end(its), value(curve(Jet(its)).value), slope(curve(Jet(0, 1, 0, 0)).x) {}
+};
+
+/// Where a curve that rises takes this value: Newton's steps, and halves of the bracket wherever one would leave it. None beyond the
+/// end. `curve` takes a Jet.
 template <typename Curve>
-std::optional<double> place_of(const Curve& curve, double value, double end) {
-    if (!(value >= 0) || curve(Jet(end)).value < value)
+std::optional<double> place_of(const Curve& curve, double value, const Rise& rise) {
+    if (!(value >= 0) || rise.value < value)
         return std::nullopt;
-    double low = 0, high = end, at = std::min(value / curve(Jet(0, 1, 0, 0)).x, end);
+    double low = 0, high = rise.end, at = std::min(value / rise.slope, rise.end);
     for (int i = 0; i < 100; ++i) { // halves alone would take 64
         const Jet here = curve(Jet(at, 1, 0, 0));
         (here.value < value ? low : high) = at;
@@ -31,6 +39,8 @@ std::optional<double> place_of(const Curve& curve, double value, double end) {
 /// The derivatives of such a place, of which the value is known. Each step gives one order more.
 template <typename Curve>
 Jet with_derivatives(const Curve& curve, double place, const Jet& value) {
+    if (value.is_constant())
+        return place;
     const double slope = curve(Jet(place, 1, 0, 0)).x;
     Jet at = place;
     for (int order = 0; order < 2; ++order)
@@ -69,8 +79,8 @@ std::optional<Two<double>> place_of(const Map& map, const Two<double>& value, Tw
         return std::hypot(here.image[0].value - value[0], here.image[1].value - value[1]);
     };
     double left = std::numeric_limits<double>::infinity();
+    Linear<Map> here(map, at);
     for (int i = 0; i < 50; ++i) {
-        const Linear<Map> here(map, at);
         if (!(here.determinant() > 0))
             return std::nullopt;
         left = residual(here);
@@ -79,11 +89,15 @@ std::optional<Two<double>> place_of(const Map& map, const Two<double>& value, Tw
         const Two<double> step = here.step(here.image[0].value - value[0], here.image[1].value - value[1]);
         double share = 1;
         const auto moved = [&] { return Two<double>{at[0] - share * step[0], at[1] - share * step[1]}; };
-        while (share > 1e-4 && !(residual(Linear<Map>(map, moved())) < left))
+        Linear<Map> next(map, moved());
+        while (share > 1e-4 && !(residual(next) < left)) {
             share /= 2;
+            next = Linear<Map>(map, moved());
+        }
         if (share <= 1e-4) // as near as doubles come, or stuck
             break;
         at = moved();
+        here = next;
     }
     return left <= good ? std::optional(at) : std::nullopt;
 }
@@ -91,6 +105,8 @@ std::optional<Two<double>> place_of(const Map& map, const Two<double>& value, Tw
 /// The derivatives of such a place.
 template <typename Map>
 Two<Jet> with_derivatives(const Map& map, const Two<double>& place, const Two<Jet>& value) {
+    if (value[0].is_constant() && value[1].is_constant())
+        return {place[0], place[1]};
     const Linear<Map> here(map, place);
     Two<Jet> at{place[0], place[1]};
     for (int order = 0; order < 2; ++order) {
