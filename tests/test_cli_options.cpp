@@ -13,6 +13,7 @@
 
 using namespace fathom;
 using namespace fathom::test;
+using description::Kind;
 using description::Option;
 using description::Value;
 
@@ -35,31 +36,31 @@ std::vector<double> numbers_for(const Option& option) {
 
 std::vector<Value> values_for(const Option& option) {
     switch (option.kind) {
-    case Option::Kind::number: {
+    case Kind::number: {
         const std::vector<double> numbers = numbers_for(option);
         return {numbers.begin(), numbers.end()};
     }
-    case Option::Kind::point:
-    case Option::Kind::color:
-    case Option::Kind::direction:
+    case Kind::point:
+    case Kind::color:
+    case Kind::direction:
         return {std::array{0.0, 0.0, 0.0}, std::array{0.0, 2.0, 0.0}, std::array{0.0, HUGE_VAL, 0.0},
                 std::array{1.0, std::nan(""), 0.0}};
-    case Option::Kind::pixel:
+    case Kind::pixel:
         return {LensArguments::Pixel{2, 1}};
-    case Option::Kind::ray:
+    case Kind::ray:
         return {LensArguments::AlongRay{{2, 1}, 5}, LensArguments::AlongRay{{2, 1}, HUGE_VAL},
                 LensArguments::AlongRay{{2, 1}, 0}, LensArguments::AlongRay{{2, 1}, -1},
                 LensArguments::AlongRay{{2, 1}, std::nan("")}};
-    case Option::Kind::choice: {
+    case Kind::choice: {
         std::vector<Value> values;
-        for (std::size_t i = 0; i <= option.choices.size(); ++i) // the last one is none of them
+        for (std::size_t i = 0; i <= option.choices().size(); ++i) // the last one is none of them
             values.emplace_back(i);
         return values;
     }
-    case Option::Kind::lens:
+    case Kind::lens:
         return {CircleOfConfusion{40, 180}, CircleOfConfusion{0, 0}, CircleOfConfusion{-1, 180},
                 CircleOfConfusion{40, -1}, CircleOfConfusion{HUGE_VAL, 180}};
-    case Option::Kind::region:
+    case Kind::region:
         return {Region{1, 1, 4, 3}, Region{0, 0, columns, rows}, Region{0, 0, 0, 2}, Region{0, 0, 2, -1}};
     default:
         return {};
@@ -69,8 +70,8 @@ std::vector<Value> values_for(const Option& option) {
 // May a field of this option hold the value, so that the library can be asked?
 bool is_held(const Option& option, const Value& value) {
     const auto* number = std::get_if<double>(&value);
-    if (option.kind == Option::Kind::choice)
-        return option.choices.size() > 1; // a type of its own where there is one
+    if (option.kind == Kind::choice)
+        return option.choices().size() > 1; // a type of its own where there is one
     if (!number || (!option.range.whole && !option.range.few[0]))
         return true;
     const bool is_unsigned = option.range.least >= 0 && option.range.most > std::numeric_limits<int>::max();
@@ -79,7 +80,7 @@ bool is_held(const Option& option, const Value& value) {
 
 std::string in_words(const Option& option, const Value& value) {
     if (const auto* index = std::get_if<std::size_t>(&value))
-        return *index < option.choices.size() ? option.choices[*index] : "nonsense";
+        return *index < option.choices().size() ? option.choices()[*index] : "nonsense";
     if (const auto* circle = std::get_if<CircleOfConfusion>(&value))
         return fmt::format("{},{}", static_cast<double>(circle->k), static_cast<double>(circle->g));
     if (const auto* number = std::get_if<double>(&value))
@@ -113,11 +114,11 @@ struct Scene {
 std::shared_ptr<void> needed(const description::Operation& operation, const Scene& scene) {
     std::shared_ptr<void> call = operation.make(nullptr);
     for (const Option& option : operation.options)
-        if (option.kind == Option::Kind::picture && option.required)
+        if (option.kind == Kind::picture && option.required)
             operation.set(call.get(), option, scene.picture);
-        else if (option.kind == Option::Kind::lens)
+        else if (option.kind == Kind::lens)
             operation.set(call.get(), option, CircleOfConfusion{40, 180});
-        else if (option.kind == Option::Kind::number && (option.required || option.name == std::string("radius")))
+        else if (option.kind == Kind::number && (option.required || option.name == std::string("radius")))
             operation.set(call.get(), option, 0.25);
     return call;
 }
@@ -141,7 +142,7 @@ int check_library(const description::Operation& operation, const Scene& scene) {
             } catch (const std::invalid_argument& error) {
                 refusal = error.what();
             }
-            const std::string its = option.kind == Option::Kind::lens ? "the circle's " : text(option.name, " = ");
+            const std::string its = option.kind == Kind::lens ? "the circle's " : text(option.name, " = ");
             CHECK((refusal.starts_with(its) && contains(refusal, " must ")) == !option.accepts(value));
             ++checked;
         }
@@ -155,7 +156,7 @@ int check_lens(const Scene& scene) {
         for (const Value& value : values_for(option)) {
             INFO(option.name << " = " << in_words(option, value));
             LensArguments lens{.focus = 5, .f_stop = 2, .focal_length_mm = 0.01, .sensor_mm = 36};
-            if (option.kind == Option::Kind::pixel || option.kind == Option::Kind::ray) // another focus
+            if (option.kind == Kind::pixel || option.kind == Kind::ray) // another focus
                 lens.focus.reset();
             option.set(lens, value);
             std::string refusal;
@@ -259,7 +260,7 @@ TEST_CASE("options: a range that a header says is the one that is described") {
         REQUIRE(!header.empty());
         for (const Option& option : operation.options) {
             const std::string said = range_in(comment_of(header, option.name));
-            if (option.kind != Option::Kind::number || said.empty())
+            if (option.kind != Kind::number || said.empty())
                 continue;
             description::Range described = option.range; // but for the one number and infinity, which the words explain
             described.beside.reset();
@@ -303,7 +304,7 @@ TEST_CASE("options: the program refuses what is described as excluded, or of no 
         std::ranges::replace(command, '_', '-');
         const auto argument = [](const Option& option) { // a value that will do
             const std::string name = cli::spelled(option);
-            if (option.kind == Option::Kind::flag)
+            if (option.kind == Kind::flag)
                 return name;
             for (const Value& value : values_for(option))
                 if (option.accepts(value) && !option.is_default(value)) // which says nothing
@@ -325,7 +326,7 @@ TEST_CASE("options: the program refuses what is described as excluded, or of no 
             if (!is_own(one))
                 continue;
             INFO(command << ' ' << argument(one));
-            if (const bool in_file = one.kind == Option::Kind::picture; !one.needs.empty() && !in_file) {
+            if (const bool in_file = one.kind == Kind::picture; !one.needs.empty() && !in_file) {
                 CHECK(contains(refusal_of({argument(one)}), cli::spelled(one) + ": is of no use without --"));
                 ++checked;
             }

@@ -152,9 +152,9 @@ void set_round(const std::vector<description::Option>& all, std::size_t round, c
         const Option& option = all[i];
         if (std::string(option.name) == "max_error") // stands for one of the methods
             continue;
-        if (option.kind == Option::Kind::result)
+        if (option.kind == description::Kind::result)
             set(option, round == 0 || (round + i) % 2 == 0);
-        else if (option.kind == Option::Kind::number) {
+        else if (option.kind == description::Kind::number) {
             const auto known = numbers.find(option.name);
             if (option.name == std::string("max_coc_px")) // the reach follows from it
                 set(option, most_coc);
@@ -162,11 +162,11 @@ void set_round(const std::vector<description::Option>& all, std::size_t round, c
                 set(option, option.range.holds(0.1) ? (round == 2 ? 0.3 : 0.1) : option.range.least + 1);
             else if (known != numbers.end() && round > 0 && !std::isnan(known->second[round - 1]))
                 set(option, known->second[round - 1]);
-        } else if (option.kind == Option::Kind::choice && round > 0)
-            set(option, (round - 1 + i) % option.choices.size());
-        else if (option.kind == Option::Kind::flag && round > 1)
+        } else if (option.kind == description::Kind::choice && round > 0)
+            set(option, (round - 1 + i) % option.choices().size());
+        else if (option.kind == description::Kind::flag && round > 1)
             set(option, round == 2);
-        else if (is_three(option.kind) && round > 1)
+        else if (option.kind >= description::Kind::point && option.kind <= description::Kind::direction && round > 1)
             set(option, std::array{0.1, 0.9, 0.2});
     }
 }
@@ -191,7 +191,7 @@ Call described_call(const description::Operation& operation, std::size_t round) 
         for (const Option& option : operation.options)
             if (is_color(option))
                 operation.set(call.get(), option, in.color);
-            else if (option.kind == Option::Kind::lens)
+            else if (option.kind == description::Kind::lens)
                 operation.set(call.get(), option, lens);
         std::vector<Image> images;
         for (const description::Result& result : operation.results_of(call.get(), in.stored))

@@ -3,8 +3,7 @@
 
 #include "text.hpp"
 
-#include <nanobind/stl/array.h>
-#include <nanobind/stl/tuple.h>
+#include <nanobind/stl/vector.h>
 
 #include <algorithm>
 #include <functional>
@@ -37,7 +36,7 @@ bool is_kind(const Option& option, nb::handle given) {
         return PyNumber_Check(given.ptr()) &&
                (!nb::hasattr(given, "shape") || nb::len(nb::object(given.attr("shape"))) == 0);
     case Kind::choice:
-        return PyUnicode_Check(given.ptr()) && PyUnicode_CompareWithASCIIString(given.ptr(), option.choices[0]) == 0;
+        return PyUnicode_Check(given.ptr()) && PyUnicode_CompareWithASCIIString(given.ptr(), option.choices()[0]) == 0;
     case Kind::depth:
         return nb::isinstance<BackDepth>(given);
     default:
@@ -60,6 +59,9 @@ const std::vector<description::Operation>& operations() {
 }
 
 std::string annotation(const Option& option) {
+    const std::size_t numbers = said_of(option.kind).count(), whole = said_of(option.kind).whole;
+    if (numbers > 0 && (whole == 0 || whole == numbers))
+        return text("collections.abc.Sequence[", whole ? "int" : "float", "] | numpy.ndarray");
     std::string literal;
     switch (option.kind) {
     case Kind::number:
@@ -67,18 +69,10 @@ std::string annotation(const Option& option) {
     case Kind::flag:
     case Kind::result:
         return "bool";
-    case Kind::point:
-    case Kind::color:
-    case Kind::direction:
-    case Kind::lens:
-        return "collections.abc.Sequence[float] | numpy.ndarray";
-    case Kind::pixel:
-    case Kind::region:
-        return "collections.abc.Sequence[int] | numpy.ndarray";
     case Kind::ray:
         return "tuple[int, int, float]";
     case Kind::choice:
-        for (const char* choice : option.choices)
+        for (const char* choice : option.choices())
             literal += text(literal.empty() ? "typing.Literal['" : ", '", choice, "'");
         return literal + "]";
     default:
@@ -168,59 +162,34 @@ void Keywords::refuse(const char* name, nb::handle given, const char* kind) cons
 }
 
 Value Keywords::value_of(const Option& option, nb::handle given) const {
-    Value value;
-    switch (option.kind) {
-    case Kind::number: {
-        const nb::object number = option.is_whole() ? nb::steal(PyNumber_Index(given.ptr())) : nb::borrow(given);
-        const double converted = number.is_valid() ? PyFloat_AsDouble(number.ptr()) : -1;
-        if (PyErr_Occurred())
-            refuse(option.name, given, option.is_whole() ? "a whole number of 32 bits" : "a number");
-        value = converted;
-        break;
-    }
-    case Kind::flag:
-    case Kind::result:
-        if (!PyBool_Check(given.ptr()))
-            refuse(option.name, given, "True or False");
-        return given.is(nb::handle(Py_True));
-    case Kind::point:
-    case Kind::color:
-    case Kind::direction:
-        value = as<std::array<double, 3>>(option.name, given, "3 numbers");
-        break;
-    case Kind::pixel: {
-        const auto [x, y] = as<std::array<int, 2>>(option.name, given, "2 whole numbers");
-        return LensArguments::Pixel{x, y};
-    }
-    case Kind::ray: {
-        const auto [x, y, distance] =
-            as<std::tuple<int, int, double>>(option.name, given, "2 whole numbers and a number");
-        value = LensArguments::AlongRay{{x, y}, distance};
-        break;
-    }
-    case Kind::lens: {
-        const auto [k, g] = as<std::array<double, 2>>(option.name, given, "2 numbers");
-        value = CircleOfConfusion{k, g};
-        break;
-    }
-    case Kind::region: {
-        const auto [x, y, width, height] = as<std::array<int, 4>>(option.name, given, "4 whole numbers");
-        value = Region{x, y, width, height};
-        break;
-    }
-    default:
-        for (std::size_t i = 0; i < option.choices.size(); ++i)
-            if (PyUnicode_Check(given.ptr()) && PyUnicode_CompareWithASCIIString(given.ptr(), option.choices[i]) == 0)
+    const auto read = [&]() -> std::optional<Value> {
+        if (option.kind == Kind::number) {
+            const nb::object number = option.is_whole() ? nb::steal(PyNumber_Index(given.ptr())) : nb::borrow(given);
+            const double value = number.is_valid() ? PyFloat_AsDouble(number.ptr()) : -1;
+            if (PyErr_Occurred())
+                refuse(option.name, given, option.is_whole() ? "a whole number of 32 bits" : "a number");
+            return value;
+        }
+        if (PyBool_Check(given.ptr()) && (option.kind == Kind::flag || option.kind == Kind::result))
+            return given.is(nb::handle(Py_True));
+        std::vector<double> numbers;
+        return nb::try_cast(given, numbers) ? description::value_of(option.kind, numbers) : std::nullopt;
+    };
+    if (option.kind == Kind::choice) {
+        for (std::size_t i = 0; i < option.choices().size(); ++i)
+            if (PyUnicode_Check(given.ptr()) && PyUnicode_CompareWithASCIIString(given.ptr(), option.choices()[i]) == 0)
                 return i;
         throw std::invalid_argument(
             text(option.name, " = ", text_of(nb::repr(given)), " is unknown; it is ", option.accepted()));
     }
-    if (!option.accepts(value)) {
-        const auto* number = std::get_if<double>(&value);
-        throw std::invalid_argument(text(option.name, " = ", text_of(nb::str(given)), " must be ",
-                                         number ? option.range.instead_of(*number) : option.accepted()));
-    }
-    return value;
+    const std::optional<Value> value = read();
+    if (!value)
+        refuse(option.name, given,
+               option.kind == Kind::flag || option.kind == Kind::result ? "True or False" : option.accepted().c_str());
+    if (!option.accepts(*value))
+        throw std::invalid_argument(
+            text(option.name, " = ", text_of(nb::str(given)), " must be ", option.instead_of(*value)));
+    return *value;
 }
 
 std::string words_of(const std::vector<Option>& options) {

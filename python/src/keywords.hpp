@@ -52,14 +52,7 @@ private:
         bool taken = false;
     };
 
-    /// Throws: nb::type_error for what is no such value, which `kind` has in words.
-    template <typename Value>
-    Value as(const char* name, nb::handle given, const char* kind) const {
-        Value value;
-        if (!nb::try_cast(given, value))
-            refuse(name, given, kind);
-        return value;
-    }
+    /// `kind` has in words what it must be.
     [[noreturn]] void refuse(const char* name, nb::handle given, const char* kind) const;
 
     const char* function_;

@@ -268,19 +268,19 @@ TYPES = {
     ),
     "too few": (
         lambda d, c: fathom.ssao(d, c, 0.3, region=(1, 2)),
-        "ssao(): region must be 4 whole numbers, not (1, 2)",
+        "ssao(): region must be four whole numbers: x, y, and a width and a height from 1, not (1, 2)",
     ),
     "an origin": (
         lambda d, c: fathom.unproject(d, c, origin="abc"),
-        "unproject(): origin must be 3 numbers, not 'abc'",
+        "unproject(): origin must be three finite numbers, not 'abc'",
     ),
     "a point": (
         lambda d, c: fathom.dof_masks(d, c, focus_at=3, f_stop=2),
-        "dof_masks(): focus_at must be 2 whole numbers, not 3",
+        "dof_masks(): focus_at must be two whole numbers: x and y, not 3",
     ),
     "a ray": (
         lambda d, c: fathom.dof_masks(d, c, focus_along=(1, 2), f_stop=2),
-        "dof_masks(): focus_along must be 2 whole numbers and a number, not (1, 2)",
+        "dof_masks(): focus_along must be a pixel's two whole numbers and a distance above 0, or inf, not (1, 2)",
     ),
     "of load": (lambda d, c: fathom.Camera.load("x", nod="y"), "load() has no argument 'nod'; the nearest is 'node'"),
     "no path": (lambda d, c: fathom.Camera.load(3), "load(): path must be a str or os.PathLike, not 3"),

@@ -11,13 +11,6 @@
 /// What describes operations to other programs, which make panels and nodes from it.
 namespace fathom::description {
 
-inline const char* to_string(Kind kind) {
-    static constexpr const char* names[] = {"number",    "choice",     "flag",    "three numbers", "color",
-                                            "direction", "pixel",      "ray",     "lens",          "result",
-                                            "picture",   "directions", "lengths", "depth",         "region"};
-    return names[static_cast<std::size_t>(kind)];
-}
-
 inline nlohmann::ordered_json as_json(double number, bool whole) {
     if (std::isinf(number))
         return number > 0 ? "inf" : "-inf";
@@ -38,13 +31,13 @@ inline nlohmann::ordered_json default_of(const Option& option) {
 
 inline nlohmann::ordered_json as_json(const Option& option) {
     nlohmann::ordered_json json{{"name", option.name},
-                                {"kind", to_string(option.kind)},
+                                {"kind", said_of(option.kind).name},
                                 {"accepted", option.accepted()},
                                 {"words", option.words},
                                 {"required", option.required},
                                 {"default", default_of(option)},
                                 {"default_words", option.default_in_words()},
-                                {"choices", option.choices}};
+                                {"choices", std::vector(option.choices().begin(), option.choices().end())}};
     const Range& range = option.range;
     if (range.few[0]) {
         for (const std::optional<double>& number : range.few)

@@ -1,11 +1,9 @@
 #pragma once
 
 #include "description/field.hpp"
-#include "description/range.hpp"
+#include "description/value.hpp"
 
-#include "require.hpp"
-
-#include <Eigen/Core>
+#include "text.hpp"
 
 #include <stdexcept>
 #include <string>
@@ -25,22 +23,8 @@ struct Check {
         } else if constexpr (requires { field.has_value(); }) {
             if (field)
                 (*this)(name, *field, accepts);
-        } else if constexpr (std::is_enum_v<Field>) {
-            if (static_cast<std::size_t>(field) >= accepts.choices.size())
-                throw std::invalid_argument(
-                    text(name, " = ", static_cast<int>(field), " must be ", in_words(accepts.choices)));
-        } else if constexpr (std::is_convertible_v<Field, double>) { // words are made where a value is refused only
-            if (const auto value = static_cast<double>(field);
-                accepts.kind == Kind::number && !accepts.range.holds(value))
-                throw std::invalid_argument(text(name, " = ", value, " must be ", accepts.range.instead_of(value)));
-        } else if constexpr (requires { field[2]; }) {
-            const Eigen::Vector3d three{field[0], field[1], field[2]};
-            require(three.allFinite() && (accepts.kind != Kind::direction || three.norm() > 0), name, " = (",
-                    three.transpose(), ") must be ", in_words(accepts.kind));
-        } else if constexpr (requires { field.width + 1; }) {
-            const auto& [x, y, width, height] = field;
-            require(holds_pixels(field), name, " = (", x, ", ", y, ", ", width, ", ", height, ") must be ",
-                    in_words(accepts.kind));
+        } else if (const auto value = value_of(field); value && !accepts.accepts(*value)) {
+            throw std::invalid_argument(text(name, " = ", in_words(*value), " must be ", accepts.instead_of(*value)));
         } // an operation sees whether images fit
     }
 };

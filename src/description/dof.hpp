@@ -2,8 +2,8 @@
 
 #include "description/field.hpp"
 #include "description/lens.hpp"
-#include "description/range.hpp"
 #include "description/result.hpp"
+#include "description/value.hpp"
 
 #include <fathom/dof.hpp>
 

@@ -1,8 +1,8 @@
 #pragma once
 
 #include "description/lens.hpp"
-#include "description/range.hpp"
 #include "description/result.hpp"
+#include "description/value.hpp"
 
 #include <fathom/dof_masks.hpp>
 

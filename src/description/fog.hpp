@@ -1,7 +1,7 @@
 #pragma once
 
-#include "description/range.hpp"
 #include "description/result.hpp"
+#include "description/value.hpp"
 
 #include <fathom/fog.hpp>
 

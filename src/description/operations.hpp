@@ -98,7 +98,7 @@ inline std::string wrong_together(const Operation& operation, const std::vector<
             has_one = has_one || std::ranges::any_of(given, [&](const Given& each) {
                           return each.option->name == name &&
                                  (value.empty() ||
-                                  each.option->choices[std::get<std::size_t>(*each.value)] == value.substr(1));
+                                  each.option->choices()[std::get<std::size_t>(*each.value)] == value.substr(1));
                       });
             needs.push_back(text(spelled(*std::ranges::find(operation.options, name, &Option::name)), value));
         }

@@ -2,10 +2,8 @@
 
 #include "description/field.hpp"
 #include "description/lens.hpp"
-#include "description/range.hpp"
+#include "description/value.hpp"
 
-#include <fathom/image.hpp>
-#include <fathom/lens_arguments.hpp>
 #include <fathom/required.hpp>
 
 #include <algorithm>
@@ -21,20 +19,11 @@
 
 namespace fathom::description {
 
-/// What an option is set to: a number, the index of a choice, yes or no, three numbers, or what its kind says.
-using Value = std::variant<double, std::size_t, bool, std::array<double, 3>, LensArguments::Pixel,
-                           LensArguments::AlongRay, Image, StoredDepth, Region, CircleOfConfusion>;
-
 /// One option of an operation, for whoever sets it: the program, Python, a page.
-struct Option {
-    using Kind = description::Kind;
-
+struct Option : Accepts {
     const char* name = ""; ///< as C++ and Python spell it
     const char* words = "";
-    Kind kind = Kind::number;
-    Range range = {};                      ///< of a number
-    std::vector<const char*> choices = {}; ///< in the order of the enumerators
-    const char* default_words = nullptr;   ///< where the default is no value
+    const char* default_words = nullptr; ///< where the default is no value
     std::optional<Value> by_default = {};
     bool required = false;
     std::ptrdiff_t offset = 0; ///< of the field in its struct
@@ -52,28 +41,6 @@ struct Option {
     bool is_whole() const { return range.whole || range.few[0]; }
     bool is_image() const { return kind >= Kind::picture && kind <= Kind::depth; }
 
-    /// What will do: "a number above 0", "blur or sharp".
-    std::string accepted() const {
-        return kind == Kind::number ? range.in_words() : kind == Kind::choice ? in_words(choices) : in_words(kind);
-    }
-
-    bool accepts(const Value& value) const {
-        if (const auto* index = std::get_if<std::size_t>(&value))
-            return *index < choices.size();
-        if (const auto* circle = std::get_if<CircleOfConfusion>(&value))
-            return circle_numbers.holds(static_cast<double>(circle->k)) &&
-                   circle_numbers.holds(static_cast<double>(circle->g));
-        if (const auto* ray = std::get_if<LensArguments::AlongRay>(&value))
-            return ray_distance.holds(ray->distance);
-        if (const auto* region = std::get_if<Region>(&value))
-            return holds_pixels(*region);
-        if (const auto* number = std::get_if<double>(&value))
-            return range.holds(*number);
-        const auto* numbers = std::get_if<std::array<double, 3>>(&value);
-        return !numbers || (std::ranges::all_of(*numbers, [](double n) { return std::isfinite(n); }) &&
-                            (kind != Kind::direction || *numbers != std::array<double, 3>{}));
-    }
-
     bool is_default(const Value& value) const {
         const auto is_same = [&](const auto& own) {
             if constexpr (requires { own == own; })
@@ -89,7 +56,7 @@ struct Option {
         if (default_words || !by_default)
             return default_words ? default_words : "none";
         if (const auto* index = std::get_if<std::size_t>(&*by_default))
-            return choices[*index];
+            return choices()[*index];
         if (const auto* yes = std::get_if<bool>(&*by_default))
             return *yes ? "yes" : "no";
         if (const auto* number = std::get_if<double>(&*by_default))
@@ -98,9 +65,6 @@ struct Option {
         return text(x, ",", y, ",", z);
     }
 };
-
-template <typename Type, typename... Types>
-inline constexpr bool is_any_of = (std::is_same_v<Type, Types> || ...);
 
 /// Lists the options of a struct, which holds their defaults.
 class List {
@@ -111,12 +75,7 @@ public:
     void operator()(const char* name, Field&& field, const Accepts& accepts, const char* words = "",
                     const char* default_words = nullptr) const {
         using Own = std::remove_reference_t<Field>;
-        Option& option = listed_.emplace_back(Option{.name = name,
-                                                     .words = words,
-                                                     .kind = accepts.kind,
-                                                     .range = accepts.range,
-                                                     .choices = accepts.choices,
-                                                     .default_words = default_words});
+        Option& option = listed_.emplace_back(Option{accepts, name, words, default_words});
         if constexpr (OfVariant<Own>) {
             if (const auto* held = field.find(); held && !default_words)
                 option.by_default = value_of(*held);
@@ -127,7 +86,7 @@ public:
             };
         } else {
             option.required = !default_words && is_any_of<Own, Required, Image>;
-            if (!default_words)
+            if (!default_words && !option.required)
                 option.by_default = value_of(field);
             option.offset = offset_of(field);
             option.set_field = [](void* own, const Value& value) { assign(*static_cast<Own*>(own), value); };
@@ -137,20 +96,6 @@ public:
 private:
     std::ptrdiff_t offset_of(const auto& field) const {
         return reinterpret_cast<const char*>(&field) - static_cast<const char*>(options_);
-    }
-
-    template <typename Field>
-    static std::optional<Value> value_of(const Field& field) {
-        if constexpr (std::is_enum_v<Field>)
-            return static_cast<std::size_t>(field);
-        else if constexpr (std::is_same_v<Field, bool>)
-            return field;
-        else if constexpr (std::is_arithmetic_v<Field>)
-            return static_cast<double>(field);
-        else if constexpr (requires { field[2]; })
-            return std::array<double, 3>{field[0], field[1], field[2]};
-        else
-            return std::nullopt; // of an optional, of images, and of what has to be given
     }
 
     template <typename Field>

@@ -1,8 +1,8 @@
 #pragma once
 
 #include "description/field.hpp"
-#include "description/range.hpp"
 #include "description/result.hpp"
+#include "description/value.hpp"
 
 #include <fathom/ssao.hpp>
 

@@ -5,6 +5,8 @@
 #include "description/check.hpp"
 #include "description/operations.hpp"
 
+#include "require.hpp"
+
 #include <fathom/opencv.hpp>
 
 #include <map>

@@ -13,7 +13,6 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <cmath>
 #include <map>
 #include <optional>
 
@@ -27,39 +26,10 @@ using description::Value;
 std::optional<Value> read(const Option& option, const std::string& text) {
     if (double number = 0; option.kind == Kind::number && CLI::detail::lexical_cast(text, number))
         return number;
-    if (option.kind == Kind::choice) {
-        const auto found = std::ranges::find(option.choices, text, [](const char* name) { return std::string(name); });
-        if (found != option.choices.end())
-            return static_cast<std::size_t>(found - option.choices.begin());
-    }
-    const auto numbers = [&](std::size_t count) {
-        return numbers_in(text, count);
-    }; // none where they are no such numbers
-    if (is_three(option.kind)) {
-        if (const auto n = numbers(3); !n.empty())
-            return std::array{n[0], n[1], n[2]};
-    }
-    if (option.kind == Kind::lens) {
-        if (const auto n = numbers(2); !n.empty())
-            return CircleOfConfusion{n[0], n[1]};
-    }
-    const auto is_index = [](double x) {
-        return x == std::floor(x) && std::abs(x) <= 0x7fffffff;
-    }; // negative in overscan
-    if (option.kind == Kind::region) {
-        if (const auto n = numbers(4); !n.empty() && std::ranges::all_of(n, is_index))
-            return Region{static_cast<int>(n[0]), static_cast<int>(n[1]), static_cast<int>(n[2]),
-                          static_cast<int>(n[3])};
-    }
-    if (option.kind == Kind::pixel || option.kind == Kind::ray) {
-        const bool has_distance = option.kind == Kind::ray;
-        const auto n = numbers(has_distance ? 3 : 2);
-        if (n.empty() || !is_index(n[0]) || !is_index(n[1]))
-            return std::nullopt;
-        const LensArguments::Pixel pixel{static_cast<int>(n[0]), static_cast<int>(n[1])};
-        return has_distance ? Value(LensArguments::AlongRay{pixel, n[2]}) : Value(pixel);
-    }
-    return std::nullopt;
+    const auto found = std::ranges::find(option.choices(), text, [](const char* name) { return std::string(name); });
+    if (found != option.choices().end())
+        return static_cast<std::size_t>(found - option.choices().begin());
+    return value_of(option.kind, numbers_in(text, said_of(option.kind).count()));
 }
 
 using Options = std::vector<Option>; // of one name, which exclude each other
@@ -70,13 +40,10 @@ const Option* option_for(const Options& options, const std::string& text) {
 }
 
 std::string type_name(const Option& option) {
-    static const std::map<Kind, const char*> types{
-        {Kind::point, "X,Y,Z"}, {Kind::color, "R,G,B"}, {Kind::direction, "X,Y,Z"}, {Kind::pixel, "X,Y"},
-        {Kind::ray, "X,Y,D"},   {Kind::lens, "K,G"},    {Kind::region, "X,Y,W,H"}};
     if (option.kind == Kind::choice)
-        return fmt::format("{}", fmt::join(option.choices, "|"));
-    if (const auto type = types.find(option.kind); type != types.end())
-        return type->second;
+        return fmt::format("{}", fmt::join(option.choices(), "|"));
+    if (const char* parts = said_of(option.kind).parts; *parts)
+        return parts;
     return option.is_whole() ? "N" : option.range.infinite ? "X|inf" : "X";
 }
 
@@ -89,10 +56,9 @@ std::string refusal(const Options& options, const std::string& text) {
     if (option.kind == Kind::choice)
         return fmt::format("'{}' is unknown; it is {}", text, option.accepted());
     double number = 0;
-    const bool is_number = option.kind == Kind::number && CLI::detail::lexical_cast(text, number);
-    const bool has_parts = (option.kind >= Kind::point && option.kind <= Kind::lens) || option.kind == Kind::region;
-    return fmt::format("'{}' will not do; it is {}{}", text, has_parts ? type_name(option) + ": " : "",
-                       is_number ? option.range.instead_of(number) : option.accepted());
+    CLI::detail::lexical_cast(text, number);
+    return fmt::format("'{}' will not do; it is {}{}", text,
+                       said_of(option.kind).count() > 0 ? type_name(option) + ": " : "", option.instead_of(number));
 }
 
 std::string meaning(const Option& option) {
@@ -160,7 +126,7 @@ void add_described_options(CLI::App& app, const std::vector<Option>& options, co
                            const std::string& group, std::initializer_list<std::string_view> otherwise) {
     std::vector<Options> named;
     for (const Option& option : options) {
-        if ((option.kind >= Kind::result && option.kind != Kind::region) || spelled(option.name).empty() ||
+        if (option.kind >= Kind::result || spelled(option.name).empty() ||
             std::ranges::find(otherwise, std::string_view(option.name)) != otherwise.end())
             continue;
         if (named.empty() || std::string_view(named.back().front().name) != option.name)

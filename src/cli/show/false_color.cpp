@@ -62,7 +62,7 @@ std::vector<Content> find_known() {
         };
         add_results();
         for (const description::Option& option : operation.options) // some of which choose what it holds
-            for (std::size_t i = 0; i < option.choices.size(); ++i) {
+            for (std::size_t i = 0; i < option.choices().size(); ++i) {
                 operation.set(call.get(), option, i);
                 add_results();
             }
@@ -173,7 +173,7 @@ std::optional<Viewed> from_record(const fs::path& file, io::Bytes bytes, const c
             return std::nullopt;
         const std::shared_ptr<void> call = operation->make(nullptr);
         for (const description::Option& option : operation->options)
-            if (const std::string name = spelled(option); options.contains(name) && !option.choices.empty())
+            if (const std::string name = spelled(option); options.contains(name) && !option.choices().empty())
                 if (const auto value = parse(option, options[name].get<std::string>()))
                     operation->set(call.get(), option, *value);
         const Content content = operation->results_of(call.get(), {}).front().content;
