@@ -20,7 +20,7 @@ KERNEL void linearize(__global const STORED* source, __global float* target, con
 #if AS_DISTANCE
     const floatV z = pixel.distance;
 #else
-    const floatV z = along_axis(&pixel);
+    const floatV z = along_axis(&pixel, &lens);
 #endif
 #else
     const sampleV sample = load_stored(source, &grid, x, y, &depth);

@@ -7,8 +7,8 @@
 #ifndef FATHOM_PATCH_H
 #define FATHOM_PATCH_H
 
-#include "vector.h"
 #include "params.h"
+#include "vector.h"
 
 #ifndef LENS
 #error "LENS is not defined: 1 where the camera has a lens, 0 where its rays are straight"
@@ -73,7 +73,8 @@ INLINE float4 patch_factor_bends(float t) {
 
 // The patch that pixel (x, y) of the camera lies in.
 typedef struct {
-    __global const float4* node; // its first corner; with a size of 1 the pixel's own node, and nothing lies between nodes
+    __global const float4*
+        node; // its first corner; with a size of 1 the pixel's own node, and nothing lies between nodes
     __global const float4* below;
     uint start, size; // its first column, and its columns: a power of two
     float unit;       // 1 / size
@@ -97,33 +98,44 @@ INLINE patch_place place_in_patches(__global const uint* tiles, __global const f
     return found;
 }
 
+INLINE patch_row row_at(const patch_place* at) {
+    if (at->size > 1)
+        return row_of_patch(at->node, at->below, patch_factors(at->t), 1.0f);
+    patch_row row;
+    row.corner = at->node[0];
+    row.c0 = at->node[1];
+    row.c1 = row.c2 = row.c3 = (float4)(0.0f);
+    return row;
+}
+
+#define PATCH_CUBIC(row, i, s)                                                                                         \
+    fma(s, fma(s, fma(s, (floatV)row.c3.i, (floatV)row.c2.i), (floatV)row.c1.i), (floatV)row.c0.i)
+#define PATCH_PAIR(row, i, s)                                                                                          \
+    (pairV) {                                                                                                          \
+        (floatV) row.corner.i, PATCH_CUBIC(row, i, s)                                                                  \
+    }
+
 // The rays of the pixels (x, y) to (x + V - 1, y) of the camera.
 INLINE patch_rayV patch_rays(__global const uint* tiles, __global const float* nodes, const lens_params* lens, uint x,
                              uint y) {
     const uintV columns = (uintV)x + LANE_INDEX(uint);
-    patch_rayV ray;
-    for (uint begin = x; begin < x + V;) {
-        const patch_place at = place_in_patches(tiles, nodes, lens, begin, y);
-        patch_row row;
-        if (at.size == 1) {
-            row.corner = at.node[0];
-            row.c0 = at.node[1];
-            row.c1 = row.c2 = row.c3 = (float4)(0.0f);
-        } else {
-            row = row_of_patch(at.node, at.below, patch_factors(at.t), 1.0f);
-        }
-        const floatV s = convert_floatV(columns - at.start) * at.unit;
-        const intV here = (columns >= begin) & (columns < at.start + at.size);
+    patch_place at = place_in_patches(tiles, nodes, lens, x, y);
+    patch_row row = row_at(&at);
+    floatV s = convert_floatV(columns - at.start) * at.unit;
+    patch_rayV ray = {PATCH_PAIR(row, x, s), PATCH_PAIR(row, y, s), PATCH_PAIR(row, z, s), PATCH_PAIR(row, w, s)};
+    for (uint next = at.start + at.size; next < x + V; next = at.start + at.size) { // mostly all lie in one patch
+        at = place_in_patches(tiles, nodes, lens, next, y);
+        row = row_at(&at);
+        s = convert_floatV(columns - at.start) * at.unit;
+        const intV here = columns >= next;
 #define PATCH_COMPONENT(target, i)                                                                                     \
     target.high = select(target.high, (floatV)row.corner.i, here);                                                     \
-    target.low = select(target.low,                                                                                    \
-                        fma(s, fma(s, fma(s, (floatV)row.c3.i, (floatV)row.c2.i), (floatV)row.c1.i), (floatV)row.c0.i), here)
+    target.low = select(target.low, PATCH_CUBIC(row, i, s), here)
         PATCH_COMPONENT(ray.x, x);
         PATCH_COMPONENT(ray.y, y);
         PATCH_COMPONENT(ray.z, z);
         PATCH_COMPONENT(ray.ahead, w);
 #undef PATCH_COMPONENT
-        begin = at.start + at.size;
     }
     ray.ahead = two_sum(ray.ahead.high, ray.ahead.low);
     return ray;

@@ -67,9 +67,9 @@ INLINE lens_pixelV lens_pixels(__global const STORED* source, __global const uin
 }
 
 // The distance along the view axis.
-INLINE floatV along_axis(const lens_pixelV* pixel) {
+INLINE floatV along_axis(const lens_pixelV* pixel, const lens_params* lens) {
 #if ALONG == ALONG_AXIS
-    return select(pixel->stored, (floatV)NAN, isnan(pixel->distance));
+    return select((floatV)NAN, pixel->stored, pixel->ray.ahead.high >= lens->least_ahead);
 #else
     const floatV ahead = fma(pixel->distance, pixel->ray.ahead.high, pixel->distance * pixel->ray.ahead.low);
     return select(ahead, pixel->distance, isinf(pixel->distance)); // infinitely far on either side of the camera

@@ -37,7 +37,7 @@ INLINE floatV circles(__global const STORED* source, const grid_params* grid, co
                       __global const float* nodes, const lens_params* lens, uint x, uint y) {
     const lens_pixelV pixel = lens_pixels(source, tiles, nodes, grid, depth, lens, x, y);
 #if PLANE_IN_FOCUS
-    const floatV z = along_axis(&pixel);
+    const floatV z = along_axis(&pixel, lens);
 #else
     const floatV z = pixel.distance;
 #endif

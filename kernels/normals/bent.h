@@ -36,7 +36,7 @@ typedef struct {
 
 typedef struct {
     bent_component x, y, z;
-    floatV ahead;               // the part along the view axis
+    floatV ahead;                 // the part along the view axis
     vectorV dual, dual_x, dual_y; // of u, ux and uy
 } bent_ray;
 
@@ -59,55 +59,72 @@ INLINE float4 bend_of_nodes(__global const float4* node, int step, uint place, i
     return isnan(after.x) ? before : 0.5f * (before + after);
 }
 
+// A row of the patch, and its first, second and third derivatives by y.
+typedef struct {
+    patch_row row, by_y, by_yy, by_yyy;
+} bent_rows;
+
+// x: the first column of those that lie in it.
+INLINE bent_rows bent_rows_at(const patch_place* at, uint x, uint y) {
+    bent_rows rows;
+    if (at->size == 1) {
+        const uint inside = (1u << lens_tile_shift) - 1;
+        const int to_right = lens_node_floats / 4, down = to_right << lens_tile_shift;
+        const float4 none = (float4)(0.0f);
+        rows.row = (patch_row){at->node[0], at->node[1], at->node[2],
+                               0.5f * bend_of_nodes(at->node, to_right, x & inside, 2), none};
+        rows.by_y = (patch_row){none, at->node[3], at->node[4], none, none};
+        rows.by_yy = (patch_row){none, bend_of_nodes(at->node, down, y & inside, 3), none, none, none};
+        rows.by_yyy = (patch_row){none, none, none, none, none};
+    } else {
+        rows.row = row_of_patch(at->node, at->below, patch_factors(at->t), 1.0f);
+        rows.by_y = row_of_patch(at->node, at->below, patch_factor_slopes(at->t), 0.0f);
+        rows.by_yy = row_of_patch(at->node, at->below, patch_factor_bends(at->t), 0.0f);
+        rows.by_yyy = row_of_patch(at->node, at->below, PATCH_FACTOR_TWISTS, 0.0f);
+    }
+    return rows;
+}
+
+#define BENT_SLOPE(row, i) fma(s, fma(s, (floatV)(3.0f * row.c3.i), (floatV)(2.0f * row.c2.i)), (floatV)row.c1.i)
+#define BENT_COMPONENT(target, i)                                                                                      \
+    BENT_SET(target.u, (floatV)rows.row.corner.i + PATCH_CUBIC(rows.row, i, s));                                       \
+    BENT_SET(target.x, BENT_SLOPE(rows.row, i) * unit);                                                                \
+    BENT_SET(target.xx, fma(s, (floatV)(6.0f * rows.row.c3.i), (floatV)(2.0f * rows.row.c2.i)) * unit2);               \
+    BENT_SET(target.xxx, (floatV)(6.0f * rows.row.c3.i * unit3));                                                      \
+    BENT_SET(target.y, PATCH_CUBIC(rows.by_y, i, s) * unit);                                                           \
+    BENT_SET(target.xy, BENT_SLOPE(rows.by_y, i) * unit2);                                                             \
+    BENT_SET(target.yy, PATCH_CUBIC(rows.by_yy, i, s) * unit2);                                                        \
+    BENT_SET(target.yyy, PATCH_CUBIC(rows.by_yyy, i, s) * unit3)
+#define BENT_RAY                                                                                                       \
+    BENT_COMPONENT(ray->x, x);                                                                                         \
+    BENT_COMPONENT(ray->y, y);                                                                                         \
+    BENT_COMPONENT(ray->z, z);                                                                                         \
+    BENT_SET(ray->ahead, (floatV)rows.row.corner.w + PATCH_CUBIC(rows.row, w, s))
+
 // The rays of the pixels (x, y) to (x + V - 1, y) of the camera. NaN where none is.
 INLINE void bent_rays(__global const uint* tiles, __global const float* nodes, const lens_params* lens, uint x, uint y,
                       bent_ray* ray) {
     const uintV columns = (uintV)x + LANE_INDEX(uint);
-    for (uint begin = x; begin < x + V;) {
-        const patch_place at = place_in_patches(tiles, nodes, lens, begin, y);
-        patch_row row, by_y, by_yy;
-        float4 by_yyy[4];
-        if (at.size == 1) {
-            const uint inside = (1u << lens_tile_shift) - 1;
-            const int to_right = lens_node_floats / 4, down = to_right << lens_tile_shift;
-            const float4 none = (float4)(0.0f);
-            row = (patch_row){at.node[0], at.node[1], at.node[2],
-                              0.5f * bend_of_nodes(at.node, to_right, begin & inside, 2), none};
-            by_y = (patch_row){none, at.node[3], at.node[4], none, none};
-            by_yy = (patch_row){none, bend_of_nodes(at.node, down, y & inside, 3), none, none, none};
-            by_yyy[0] = by_yyy[1] = by_yyy[2] = by_yyy[3] = none;
-        } else {
-            row = row_of_patch(at.node, at.below, patch_factors(at.t), 1.0f);
-            by_y = row_of_patch(at.node, at.below, patch_factor_slopes(at.t), 0.0f);
-            by_yy = row_of_patch(at.node, at.below, patch_factor_bends(at.t), 0.0f);
-            const patch_row third = row_of_patch(at.node, at.below, PATCH_FACTOR_TWISTS, 0.0f);
-            by_yyy[0] = third.c0, by_yyy[1] = third.c1, by_yyy[2] = third.c2, by_yyy[3] = third.c3;
-        }
-        const floatV s = convert_floatV(columns - at.start) * at.unit;
-        const intV here = (columns >= begin) & (columns < at.start + at.size);
-        const float unit = at.unit, unit2 = unit * unit, unit3 = unit2 * unit;
-#define BENT_CUBIC(c0, c1, c2, c3, i) fma(s, fma(s, fma(s, (floatV)c3.i, (floatV)c2.i), (floatV)c1.i), (floatV)c0.i)
-#define BENT_SLOPE(row, i) fma(s, fma(s, (floatV)(3.0f * row.c3.i), (floatV)(2.0f * row.c2.i)), (floatV)row.c1.i)
-#define BENT_SET(target, value) target = select(target, value, here)
-#define BENT_COMPONENT(target, i)                                                                                      \
-    BENT_SET(target.u, (floatV)row.corner.i + BENT_CUBIC(row.c0, row.c1, row.c2, row.c3, i));                          \
-    BENT_SET(target.x, BENT_SLOPE(row, i) * unit);                                                                     \
-    BENT_SET(target.xx, fma(s, (floatV)(6.0f * row.c3.i), (floatV)(2.0f * row.c2.i)) * unit2);                         \
-    BENT_SET(target.xxx, (floatV)(6.0f * row.c3.i * unit3));                                                           \
-    BENT_SET(target.y, BENT_CUBIC(by_y.c0, by_y.c1, by_y.c2, by_y.c3, i) * unit);                                      \
-    BENT_SET(target.xy, BENT_SLOPE(by_y, i) * unit2);                                                                  \
-    BENT_SET(target.yy, BENT_CUBIC(by_yy.c0, by_yy.c1, by_yy.c2, by_yy.c3, i) * unit2);                                \
-    BENT_SET(target.yyy, BENT_CUBIC(by_yyy[0], by_yyy[1], by_yyy[2], by_yyy[3], i) * unit3)
-        BENT_COMPONENT(ray->x, x);
-        BENT_COMPONENT(ray->y, y);
-        BENT_COMPONENT(ray->z, z);
-        BENT_SET(ray->ahead, (floatV)row.corner.w + BENT_CUBIC(row.c0, row.c1, row.c2, row.c3, w));
-#undef BENT_COMPONENT
+    patch_place at = place_in_patches(tiles, nodes, lens, x, y);
+    bent_rows rows = bent_rows_at(&at, x, y);
+    floatV s = convert_floatV(columns - at.start) * at.unit;
+    float unit = at.unit, unit2 = unit * unit, unit3 = unit2 * unit;
+#define BENT_SET(target, value) target = value
+    BENT_RAY;
 #undef BENT_SET
-#undef BENT_SLOPE
-#undef BENT_CUBIC
-        begin = at.start + at.size;
+    for (uint next = at.start + at.size; next < x + V; next = at.start + at.size) { // mostly all lie in one patch
+        at = place_in_patches(tiles, nodes, lens, next, y);
+        rows = bent_rows_at(&at, next, y);
+        s = convert_floatV(columns - at.start) * at.unit;
+        unit = at.unit, unit2 = unit * unit, unit3 = unit2 * unit;
+        const intV here = columns >= next;
+#define BENT_SET(target, value) target = select(target, value, here)
+        BENT_RAY;
+#undef BENT_SET
     }
+#undef BENT_RAY
+#undef BENT_COMPONENT
+#undef BENT_SLOPE
     const bent_component a = ray->x, b = ray->y, c = ray->z;
     const vectorV across = cross_of(a.x, b.x, c.x, a.y, b.y, c.y);
     const floatV inverse = 1.0f / fma(a.u, across.x, fma(b.u, across.y, c.u * across.z));
