@@ -355,8 +355,9 @@ typedef struct {
     float area;        // of a circle that is a pixel wide, or the aperture in it: pixels
     u32 state_row;     // row of the planes that the state's first row belongs to
     u32 state_plane;   // elements from plane to plane of the state
+    float guessed;     // layers from the middle up to which what a surface hides is guessed wholly, and over an octave less
 } blur_params;
-PARAMS(blur_params, 68)
+PARAMS(blur_params, 72)
 
 // One layer of circle of confusion, or the first of several, and the tiles that one launch computes.
 typedef struct {
@@ -421,8 +422,9 @@ typedef struct {
     u32 block_columns, block_rows; // of 8 x 8 pixels
     float farthest;                // layer of any pixel
     float vertical;                // horizontal pixels that a row is high
+    float most;                    // pixels that a guess lies away at most
 } behind_params;
-PARAMS(behind_params, 16)
+PARAMS(behind_params, 20)
 
 typedef struct {
     u32 gain; // 1 for the pixels that light joins, 0 for those that it is taken from

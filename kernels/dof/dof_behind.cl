@@ -1,23 +1,16 @@
 // What lies behind a pixel's surface: the nearest pixel on the screen that is farther from the lens, with its layer and colour.
 // Only what a ray can reach: from beside a surface of circle c to behind it, at circle d, a ray of the lens moves by (d - c)/2
 // pixels at most. What slopes away slower than that hides nothing.
-// The colour of a pixel beside something nearer may be mixed with that: it is if it lies between that and a pixel farther in. Then
-// the nearest pixel farther in is taken, with a part of the border's colour: an eighth has the least error over the seven
-// scenes of bench/views.hpp.
 // Exact, block by block, so that a region agrees with the whole.
 // Built for: CLEAN_PLATE = 0 1
 
-#include "dof/tiles.h"
+#include "dof/behind.h"
 
 #define SIDE dof_behind_block
-#define OF_BORDER 0.125f
 
 #ifndef CLEAN_PLATE
 #error "CLEAN_PLATE is not defined: 1 where some pixels have what lies behind them already, 0 otherwise"
 #endif
-
-// SIDE pixels of a row.
-typedef float8 __attribute__((aligned(4))) float8_anywhere;
 
 // A range of blocks.
 typedef struct {
@@ -36,18 +29,26 @@ INLINE block_range blocks_behind(__global const float* blocks, const blur_params
     const float circle = circle_of(least, p), most = reach_of(circle_of(b->farthest, p), circle);
     const int aside = ((int)most + SIDE - 1) / SIDE, above = ((int)(most / b->vertical) + SIDE - 1) / SIDE;
     block_range found = {column + aside + 1, column - aside - 1, row + above + 1, row - above - 1};
+    const int first = max(column - aside, 0), last = min(column + aside, (int)b->block_columns - 1);
     for (int y = max(row - above, 0); y <= min(row + above, (int)b->block_rows - 1); ++y) {
-        for (int x = max(column - aside, 0); x <= min(column + aside, (int)b->block_columns - 1); ++x) {
+        const float away_y = (float)max(SIDE * (int)abs(y - row) - (SIDE - 1), 0) * b->vertical;
+        for (int x = first; x <= last; x += 8) {
             __global const float* block = blocks + y * (int)b->block_columns + x;
-            if (!(*block > least + JUMP))
+            const int8 columns = x + (int8)(0, 1, 2, 3, 4, 5, 6, 7);
+            int8 some = (columns <= last) & (*(__global const float8_anywhere*)block > least + JUMP);
+            if (!any(some))
                 continue;
-            const float away_x = (float)max(SIDE * (int)abs(x - column) - (SIDE - 1), 0);
-            const float away_y = (float)max(SIDE * (int)abs(y - row) - (SIDE - 1), 0) * b->vertical;
-            const float reach = reach_of(block[b->block_columns * b->block_rows], circle);
-            if (fma(away_x, away_x, away_y * away_y) > reach * reach)
+            const float8 away_x = convert_float8(max(SIDE * max(columns - column, column - columns) - (SIDE - 1), 0));
+            const float8 circles = *(__global const float8_anywhere*)(block + b->block_columns * b->block_rows);
+            const float8 reach = (circles - circle) * 0.5f + 1.0f;
+            some &= fma(away_x, away_x, (float8)(away_y * away_y)) <= reach * reach;
+            if (!any(some))
                 continue;
-            found.left = min(found.left, x);
-            found.right = max(found.right, x);
+            for (int i = 0; i < 8; ++i)
+                if (((const int*)&some)[i]) {
+                    found.left = min(found.left, x + i);
+                    found.right = max(found.right, x + i);
+                }
             found.top = min(found.top, y);
             found.bottom = max(found.bottom, y);
         }
@@ -117,29 +118,6 @@ INLINE size_t nearest_behind(__global const float* layers, __global const float*
     return found;
 }
 
-// How far a pixel beside something nearer is mixed with it: not at all where its colour is not between those of the nearest
-// surface beside it and of a pixel farther in. What dof_inner.cl takes for inside changes at once, and this by and by.
-INLINE float mixed(__global const float* planes, const blur_params* p, size_t border, size_t inside) {
-    const int row = (int)(border / p->stride);
-    size_t nearest = border;
-    for (int j = row > 0 ? -1 : 0; j <= (row + 1 < (int)p->rows ? 1 : 0); ++j) {
-        for (int i = -1; i <= 1; ++i) {
-            const size_t other = (size_t)((long)border + j * (long)p->stride + i);
-            if (planes[other] >= 0.0f && planes[other] < planes[nearest])
-                nearest = other;
-        }
-    }
-    for (uint k = 1; k <= CHANNELS; ++k) {
-        const float here = planes[k * p->plane + border], one = planes[k * p->plane + nearest],
-                    other = planes[k * p->plane + inside];
-        if (here < min(one, other) || here > max(one, other))
-            return 0.0f;
-    }
-    const float before = planes[nearest], layer = planes[border];
-    return rising(layer - before, JUMP, JUMP + 1.0f) *
-           rising(excess_of(layer, p) - excess_of(before, p), APART, APART + 1.0f);
-}
-
 KERNEL void dof_behind(__global float* planes, __global const float* inner, __global const float* blocks,
                          const blur_params p, const behind_params b) {
     const int block_column = (int)get_global_id(0) - dof_margin / SIDE, block_row = get_global_id(1);
@@ -150,13 +128,24 @@ KERNEL void dof_behind(__global float* planes, __global const float* inner, __gl
     block_range within = {0, -1, 0, -1};
     if (block_column >= 0 && block_column < (int)b.block_columns) {
         float least = INFINITY;
-        for (int i = 0; i < SIDE * SIDE; ++i) {
-            const float layer = planes[first + (size_t)(i / SIDE) * p.stride + i % SIDE];
-            least = layer >= 0.0f ? min(least, layer) : least;
+        float8 all = INFINITY;
+        for (int j = 0; j < SIDE; ++j) {
+            const float8 layers = *(__global const float8_anywhere*)(planes + first + (size_t)j * p.stride);
+            all = select(all, min(all, layers), layers >= 0.0f);
         }
+        const float4 four = min(all.lo, all.hi);
+        least = min(min(four.x, four.y), min(four.z, four.w));
         if (b.farthest > least + JUMP)
             within = blocks_behind(blocks + 2 * b.block_columns * b.block_rows, &p, &b, block_column, block_row, least);
     }
+#if !CLEAN_PLATE
+    if (within.left > within.right) {
+        for (int j = 0; j < SIDE; ++j)
+            for (uint k = 0; k <= CHANNELS; ++k)
+                *(__global float8_anywhere*)(second + k * p.plane + first + (size_t)j * p.stride) = k > 0 ? 0.0f : NOWHERE;
+        return;
+    }
+#endif
     for (int i = 0; i < SIDE * SIDE; ++i) {
         const int column = SIDE * block_column + i % SIDE, row = SIDE * block_row + i / SIDE;
         const size_t at = first + (size_t)(i / SIDE) * p.stride + i % SIDE;
@@ -174,13 +163,6 @@ KERNEL void dof_behind(__global float* planes, __global const float* inner, __gl
             if (found == at)
                 found = border;
         }
-        const float part = found == border ? 0.0f : mixed(planes, &p, border, found);
-        const float behind = fma(part, planes[found] - planes[border], planes[border]);
-        second[at] = found == at ? NOWHERE : floor(fma(behind, 512.0f, 0.5f)) * 0x1p-9f; // as dof_planes.cl has layers
-        for (uint k = 1; k <= CHANNELS; ++k) {
-            const float own = planes[k * p.plane + border];
-            const float color = fma((1.0f - OF_BORDER) * part, planes[k * p.plane + found] - own, own);
-            second[k * p.plane + at] = found == at ? 0.0f : color;
-        }
+        put_behind(planes, &p, at, border, found, 0.0f);
     }
 }

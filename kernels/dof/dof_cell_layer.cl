@@ -1,6 +1,6 @@
 // Lays layers whose apertures were summed around cells, one after the other. A pixel's sums are interpolated between those of
 // the four cells around it, so no light is lost, and none is negative. What is left of T is each pixel's own.
-// Built for: CELL = 2 4 8; FILL = 0 1; BEHIND = 0 1
+// Built for: CELL = 2 4 8; FILL = 0 1; BEHIND = 0 1 2
 
 #define BRIGHT 0
 #define MOMENT 0

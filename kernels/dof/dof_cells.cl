@@ -1,7 +1,7 @@
 // Cells of layers: for each layer the sums of what its pixels count. A cell is a square of 2, 4 or 8 pixels. Where the aperture
 // is many cells wide, it is summed over them instead of pixels.
 // After the planes of sums stands for every block what it holds: 2: pixels of the layer; 1: only pixels behind it; 0: none.
-// Built for: CELL = 2 4 8; FILL = 0 1; BEHIND = 0 1
+// Built for: CELL = 2 4 8; FILL = 0 1; BEHIND = 0 1 2
 
 #define BRIGHT 0
 #define MOMENT 0
@@ -54,10 +54,10 @@ KERNEL void dof_cells(__global const float* planes, __global const uint* tiles, 
                 if (across < 0 || across >= (int)p.columns)
                     continue;
                 __global const float* here = planes + in_planes(&p, 0, (uint)across, (uint)down);
-                if (FILL | BEHIND | (holds == 2))
+                if (FILL | (holds == 2))
                     add_pixels(value[j], here, layer, 0.0f, &p);
                 else
-                    value[j][1] += behind_layer(LOAD_16(here) - layer);
+                    value[j][1] += behind_either(here, layer, &p);
             }
         }
         for (int count = CELL / 2; count > 0; count /= 2)

@@ -11,7 +11,7 @@
 // pixel of the layer, rows of tiles without a pixel in the layer or behind it, and colours of rows without a pixel in
 // the layer. Where pixels are read directly, an item goes through several layers, so that their results stay in the
 // cache.
-// Built for: FILL = 0 1; BRIGHT = 0 1; DIRECT = 0 1; BEHIND = 0 1
+// Built for: FILL = 0 1; BRIGHT = 0 1; DIRECT = 0 1; BEHIND = 0 1 2
 
 #define MOMENT 0
 #include "dof/layer.h"
@@ -28,6 +28,11 @@
 #endif
 
 #if DIRECT
+// behind_layer of layer.h
+INLINE floatV behind_of(floatV off) {
+    return min(max(off + 2.0f, 0.0f), 1.0f);
+}
+
 INLINE void add_span(__global const float* from, const span_params* span, const blur_params* p, float layer, floatV* sum) {
     const floatV weight = span->weight;
 #if FILL
@@ -36,18 +41,27 @@ INLINE void add_span(__global const float* from, const span_params* span, const 
     for (int column = span->low; column < span->high; ++column) {
         const floatV off = LOAD(float, from + column) - layer;
         const floatV own = weight * max(1.0f - fabs(off), 0.0f);
+        floatV behind = behind_of(off);
 #if BEHIND
         __global const float* second = from + (1 + CHANNELS) * p->plane + column;
-        const floatV off_second = LOAD(float, second) - layer, farther = max(off, off_second);
-        const floatV own_second = weight * max(1.0f - fabs(off_second), 0.0f);
-        sum[0] += own_second;
-        for (int k = 0; k < CHANNELS; ++k)
-            sum[2 + k] = fma(own_second, LOAD(float, second + (k + 1) * p->plane), sum[2 + k]);
+        const floatV off_second = LOAD(float, second) - layer;
+        if (BEHIND == 1 || any_of(off_second > -2.0f)) {
+#if BEHIND == 2
+            const floatV open = OPEN_BEHIND(off + layer, off_second + layer, p);
+            const floatV counted = weight * COUNTED_BEHIND(open, off_second + layer, layer, p);
+            behind = max(behind, open * behind_of(off_second));
 #else
-        const floatV farther = off;
+            const floatV counted = weight;
+            behind = behind_of(max(off, off_second));
+#endif
+            const floatV own_second = counted * max(1.0f - fabs(off_second), 0.0f);
+            sum[0] += own_second;
+            for (int k = 0; k < CHANNELS; ++k)
+                sum[2 + k] = fma(own_second, LOAD(float, second + (k + 1) * p->plane), sum[2 + k]);
+        }
 #endif
         sum[0] += own;
-        sum[1] = fma(weight, min(max(farther + 2.0f, 0.0f), 1.0f), sum[1]);
+        sum[1] = fma(weight, behind, sum[1]);
 #if FILL
         const floatV sharper = weight * min(max(min(off - sharper_from(layer, p), alike - off), 0.0f), 1.0f);
         sum[2 + CHANNELS] += sharper;
@@ -191,7 +205,7 @@ KERNEL void dof_gather(__global const float* planes, __global const uint* tiles,
     const gather_from from = {source + column, tiles, starts, (__global const span_params*)spans, across};
     const uint reach = list[s.list + index * WORDS + 1], follow = list[s.list + index * WORDS + 2];
     const layer_range around =
-        layers_within(planes + column, &p, y - dof_direct_reach, y + ROWS + dof_direct_reach, dof_direct_reach, 1 + BEHIND);
+        layers_within(planes + column, &p, y - dof_direct_reach, y + ROWS + dof_direct_reach, dof_direct_reach, 1 + (BEHIND > 0));
     bool skipped = false; // the layer before had nothing here: it left T as it was
     for (uint i = 0; i < 32 && reach >> i; ++i) {
         layer_params one = s;

@@ -6,7 +6,7 @@
 // behind, which the other fraction of a surface between two layers is not, by s - k - 1 up to 1.
 // Under BEHIND a pixel has a second surface, which counts like the first.
 // The sums are restarted, and highlights are summed apart, because large values leave their rounding in a running sum.
-// Built for: FILL = 0 1; BRIGHT = 0 1; BEHIND = 0 1
+// Built for: FILL = 0 1; BRIGHT = 0 1; BEHIND = 0 1 2
 
 #define MOMENT 0
 #include "dof/layer.h"
@@ -24,7 +24,6 @@ KERNEL void dof_strips(__global const float* planes, __global const uint* tiles,
     float sum[PLANES];
     for (int k = 0; k < PLANES; ++k)
         sum[k] = 0.0f;
-#if !BEHIND
     const uint found = found_around(tiles, &p, strip.across, strip.down, s.pad, (uint)s.layer);
     if (found == 0) // and nobody reads it
         return;
@@ -33,13 +32,12 @@ KERNEL void dof_strips(__global const float* planes, __global const uint* tiles,
         for (int x = strip.first; x < strip.end; x += 16, target += 16) {
             float16 value = 0.0f;
             for (uint i = 0; i < s.pitch && x >= 0 && x < (int)p.columns; ++i)
-                value += behind_layer(*(__global const float16_anywhere*)(source + (size_t)i * p.stride + x) - s.layer);
+                value += behind_either(source + (size_t)i * p.stride + x, s.layer, &p);
             *(__global float16_anywhere*)(target + s.strip_plane) = running(value, &sum[1]);
         }
         target[s.strip_plane] = sum[1];
         return;
     }
-#endif
 #endif
     for (int x = strip.first; x < strip.end; x += 16, target += 16) {
         float16 value[PLANES];

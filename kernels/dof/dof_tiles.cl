@@ -1,13 +1,12 @@
-// Which layers a tile's pixels lie in, a bit each; under BEHIND also the layers of the surfaces behind them. The last
-// bit says whether some colour lies beyond the knee, the two before it whether something before the focus ends in either half of
-// its columns, of dof_hiding_columns each. Under
-// HIDING only the pixels count that have a surface behind them, and tiles are narrower.
-// Built for: BEHIND = 0 1; HIDING = 0 1
+// Which layers a tile's pixels lie in, a bit each. The last bit says whether some colour lies beyond the knee, the two before it
+// whether something before the focus ends in either half of its columns, of dof_hiding_columns each.
+// Under HIDING tiles are narrower, and only the pixels count that have a surface behind them, with this one.
+// Built for: HIDING = 0 1
 
 #include "dof/tiles.h"
 
-#if !defined(BEHIND) || !defined(HIDING)
-#error "BEHIND and HIDING are not defined: 1 where pixels have a second surface, and to count these only, 0 otherwise"
+#ifndef HIDING
+#error "HIDING is not defined: 1 for what hides something and what it hides, 0 for what is seen"
 #endif
 
 #if HIDING
@@ -23,6 +22,24 @@ INLINE intV ends_between(floatV one, floatV other, float middle) {
     return (min(one, other) >= 0.0f) & (min(one, other) < middle) & (fabs(one - other) > STEP);
 }
 
+// Adds the bits of the layers around those of the known pixels.
+INLINE void add_layers(uintV* found, floatV layer, intV known) {
+    const intV low = convert_intV(max(layer, 0.0f)), high = low + select((intV)0, (intV)1, convert_floatV(low) < layer);
+    for (int word = 0; word < dof_tile_words; ++word) {
+        const uintV one = select((uintV)0, (uintV)1 << as_uintV(low & 31), as_uintV(((low >> 5) == word) & known));
+        const uintV two = select((uintV)0, (uintV)1 << as_uintV(high & 31), as_uintV(((high >> 5) == word) & known));
+        found[word] |= one | two;
+    }
+}
+
+// Does a colour lie beyond the knee?
+INLINE intV is_bright(__global const float* surface, const blur_params* p) {
+    intV bright = 0;
+    for (uint k = 1; k <= CHANNELS; ++k)
+        bright |= fabs(LOAD(float, surface + k * p->plane)) > p->knee;
+    return bright;
+}
+
 KERNEL void dof_tiles(__global const float* planes, __global uint* tiles, const blur_params p) {
     const uint across = p.columns / COLUMNS, tile = get_global_id(0), down = get_global_id(1);
     if (tile >= across)
@@ -33,33 +50,25 @@ KERNEL void dof_tiles(__global const float* planes, __global uint* tiles, const 
     intV bright = 0, jump[dof_tile_columns / dof_hiding_columns] = {0, 0};
     for (uint row = 0; row < dof_tile_rows; ++row) {
         for (uint column = 0; column < COLUMNS; column += V) {
-            const size_t at = in_planes(&p, 0, tile * COLUMNS + column, down * dof_tile_rows + row);
-            const floatV here = LOAD(float, planes + at), right = LOAD(float, planes + at + 1);
-            const floatV below = LOAD(float, planes + at + (down * dof_tile_rows + row + 1 < p.rows ? p.stride : 0));
-            const uint half_of = column / dof_hiding_columns;
-            jump[half_of] |= ends_between(here, right, (float)p.middle) | ends_between(here, below, (float)p.middle);
-#if BEHIND
-            jump[half_of] |= LOAD(float, planes + (1 + CHANNELS) * p.plane + at) >= 0.0f;
-#endif
-            for (uint surface = 0; surface <= BEHIND; ++surface) {
-                const floatV s = LOAD(float, planes + surface * (1 + CHANNELS) * p.plane + at);
+            __global const float* first = planes + in_planes(&p, 0, tile * COLUMNS + column, down * dof_tile_rows + row);
+            const floatV here = LOAD(float, first);
 #if HIDING
-                const intV known = LOAD(float, planes + (1 + CHANNELS) * p.plane + at) >= 0.0f;
+            __global const float* second = first + (1 + CHANNELS) * p.plane;
+            const floatV behind = LOAD(float, second);
+            const intV known = behind >= 0.0f;
+            if (!any_of(known))
+                continue;
+            add_layers(found, here, known);
+            add_layers(found, behind, known);
+            bright |= is_bright(second, &p);
 #else
-                const intV known = s >= 0.0f;
+            const floatV right = LOAD(float, first + 1);
+            const floatV below = LOAD(float, first + (down * dof_tile_rows + row + 1 < p.rows ? p.stride : 0));
+            jump[column / dof_hiding_columns] |=
+                ends_between(here, right, (float)p.middle) | ends_between(here, below, (float)p.middle);
+            add_layers(found, here, here >= 0.0f);
+            bright |= is_bright(first, &p);
 #endif
-                const intV low = convert_intV(max(s, 0.0f)),
-                           high = low + select((intV)0, (intV)1, convert_floatV(low) < s);
-                for (int word = 0; word < dof_tile_words; ++word) {
-                    const uintV one =
-                        select((uintV)0, (uintV)1 << as_uintV(low & 31), as_uintV(((low >> 5) == word) & known));
-                    const uintV two =
-                        select((uintV)0, (uintV)1 << as_uintV(high & 31), as_uintV(((high >> 5) == word) & known));
-                    found[word] |= one | two;
-                }
-                for (uint k = 1; k <= CHANNELS; ++k)
-                    bright |= fabs(LOAD(float, planes + (surface * (1 + CHANNELS) + k) * p.plane + at)) > p.knee;
-            }
         }
     }
     found[dof_tile_words - 1] |= select((uintV)0, (uintV)TILE_BRIGHT, as_uintV(bright)) |

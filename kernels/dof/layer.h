@@ -9,12 +9,25 @@
 
 #if !defined(FILL) || !defined(BRIGHT) || !defined(BEHIND) || !defined(MOMENT)
 #error "FILL, BRIGHT, BEHIND and MOMENT are not defined: 1 to sum what lies behind, what lies beyond the knee apart, the\
- second surface of a pixel, and columns, 0 otherwise"
+ second surface of a pixel, and columns, 0 otherwise; BEHIND is 2 where that surface is a guess"
 #endif
 #define HIGHLIGHTS (2 + CHANNELS + FILL * (2 + CHANNELS))
 #define PLANES (HIGHLIGHTS + BRIGHT * CHANNELS + MOMENT)
 
 #define KNOWN 0.1667f // of an aperture: where less is known, a layer does not stand for all that the foreground hides
+
+// Under BEHIND 2 a second surface may be a guess. Behind a blurred foreground it counts wholly where it is as blurred as that,
+// and by half where its circle is a good deal smaller: it would end hard where another surface is the nearest. The rest of T is
+// left to what lies farther away, or to the mean. Where the foreground's circle is so large that too much of it would be
+// looked through, nothing is guessed.
+#define LEAST_OF_GUESS 0.55f
+#define OPEN_BEHIND(first, second, p) (1.0f - IS_GUESS(second) * (1.0f - HIDES(first, p)))
+#define COUNTED_BEHIND(open, second, layer, p)                                                                         \
+    (open * (1.0f - IS_GUESS(second) * (1.0f - of_guess(layer, p))))
+
+INLINE float of_guess(float layer, const blur_params* p) {
+    return min(fma(1.0f - LEAST_OF_GUESS, fabs(layer - (float)p->middle) * (4.0f / p->per_octave), LEAST_OF_GUESS), 1.0f);
+}
 
 // 16 pixels at once, whatever V is: the order of a sum decides its bits.
 typedef float16 __attribute__((aligned(4))) float16_anywhere;
@@ -36,17 +49,59 @@ INLINE float16 behind_layer(float16 off) {
     return min(max(off + 2.0f, 0.0f), 1.0f);
 }
 
+INLINE bool any_of_16(int16 condition) {
+    const int8 half_of = condition.lo | condition.hi;
+    const int4 quarter = half_of.lo | half_of.hi;
+    const int2 pair = quarter.lo | quarter.hi;
+    return (pair.x | pair.y) != 0;
+}
+
+// The same of 16 pixels of a row: of either surface, if they have two.
+INLINE float16 behind_either(__global const float* here, float layer, const blur_params* p) {
+    const float16 first = LOAD_16(here), behind = behind_layer(first - layer);
+#if BEHIND
+    const float16 second = LOAD_16(here + (1 + CHANNELS) * p->plane);
+#endif
+#if BEHIND == 2
+    if (!any_of_16(second > layer - 2.0f))
+        return behind;
+    return max(behind, OPEN_BEHIND(first, second, p) * behind_layer(second - layer));
+#elif BEHIND
+    return max(behind, behind_layer(second - layer));
+#else
+    return behind;
+#endif
+}
+
 // How many layers behind a layer those pixels begin that it may hide and that are sharper. Its own surface goes on in the next
 // layer, but that of the focus has an aperture of a pixel: it never reaches around what hides it.
 INLINE float sharper_from(float layer, const blur_params* p) {
     return layer == (float)p->middle - 1.0f ? 0.0f : 1.0f;
 }
 
+#if BEHIND == 2
+// Adds what the second surfaces of 16 pixels of a row count for a layer.
+INLINE void add_second(float16* value, __global const float* here, float layer, const blur_params* p) {
+    __global const float* second = here + (1 + CHANNELS) * p->plane;
+    const float16 its = LOAD_16(second);
+    if (!any_of_16(its > layer - 2.0f))
+        return;
+    const float16 first = LOAD_16(here), open = OPEN_BEHIND(first, its, p);
+    value[1] += max(open * behind_layer(its - layer) - behind_layer(first - layer), 0.0f);
+    const float16 own = COUNTED_BEHIND(open, its, layer, p) * max(1.0f - fabs(its - layer), 0.0f);
+    if (!any_of_16(own > 0.0f))
+        return;
+    value[0] += own;
+    for (int k = 0; k < CHANNELS; ++k)
+        add_color(value, k, own, LOAD_16(second + (k + 1) * p->plane), p->knee);
+}
+#endif
+
 // Adds what 16 pixels of a row count for a layer. `columns` are their numbers, used under MOMENT.
 INLINE void add_pixels(float16* value, __global const float* here, float layer, float16 columns, const blur_params* p) {
     const float16 off = LOAD_16(here) - layer;
     const float16 own = max(1.0f - fabs(off), 0.0f);
-#if BEHIND
+#if BEHIND == 1
     __global const float* second = here + (1 + CHANNELS) * p->plane;
     const float16 off_second = LOAD_16(second) - layer;
 #if MOMENT
@@ -60,7 +115,7 @@ INLINE void add_pixels(float16* value, __global const float* here, float layer, 
     const float16 all = own;
 #endif
     value[0] += all;
-#if BEHIND
+#if BEHIND == 1
     value[1] += max(behind_layer(off), open * behind_layer(off_second));
 #else
     value[1] += behind_layer(off);
@@ -77,13 +132,16 @@ INLINE void add_pixels(float16* value, __global const float* here, float layer, 
     for (int k = 0; k < CHANNELS; ++k) {
         const float16 color = LOAD_16(here + (k + 1) * p->plane);
         add_color(value, k, own, color, p->knee);
-#if BEHIND
+#if BEHIND == 1
         add_color(value, k, own_second, LOAD_16(second + (k + 1) * p->plane), p->knee);
 #endif
 #if FILL
         value[3 + CHANNELS + k] = fma(sharper, color, value[3 + CHANNELS + k]);
 #endif
     }
+#if BEHIND == 2
+    add_second(value, here, layer, p);
+#endif
 }
 
 // Lays the layer's part of a row of pixels over what was seen before it.
@@ -147,13 +205,14 @@ typedef struct {
 INLINE void lay(const layer_at* s, __global float* state, size_t at, const floatV* sum) {
     const float middle = (float)s->p->middle;
     const floatV own = LOAD(float, s->planes + at), alike = 2.0f * middle - own;
-    intV unknown = own < middle; // is it unknown what lies behind the pixel?
+    floatV unknown = select((floatV)0.0f, (floatV)1.0f, own < middle); // how far is it unknown what lies behind the pixel?
 #if BEHIND
-    unknown &= LOAD(float, s->planes + (1 + CHANNELS) * s->p->plane + at) < 0.0f;
+    const floatV second = LOAD(float, s->planes + (1 + CHANNELS) * s->p->plane + at);
+    unknown = select(unknown, (floatV)0.0f, (second >= 0.0f) & (IS_GUESS(second) == 0.0f));
 #endif
-    const floatV wide = select((floatV)0.0f, min(max(s->layer - alike + 1.0f, 0.0f), 1.0f), unknown);
+    const floatV wide = unknown * min(max(s->layer - alike + 1.0f, 0.0f), 1.0f);
     const float circle = excess_of(s->layer, s->p) + 1.0f, enough = KNOWN * s->p->area * circle * circle;
-    const floatV known = select((floatV)1.0f, min(sum[1] / enough, 1.0f), unknown);
+    const floatV known = fma(unknown, min(sum[1] / enough, 1.0f), 1.0f - unknown);
     const bool limited = s->has_foreground && s->layer > middle;
     composite(state + in_state(s->p, at), s->p->state_plane, s->follows, sum, limited ? &known : 0, limited ? &wide : 0);
 }

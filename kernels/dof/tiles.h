@@ -12,6 +12,14 @@
 #define APART 2.0f    // pixels that a slope's circles do not differ by from one pixel to the next
 #define SLOPE 4.0f    // layers more, over which what a slope hides of its own pixels comes into view
 
+// A guess is told from a second surface that is known by half a step of layers.
+#define GUESSED 0x1p-10f
+#define IS_GUESS(second) (2.0f * ((second) * 512.0f - floor((second) * 512.0f)))
+
+// How far a surface is one that something is guessed behind: not if it is in focus, nor if its circle is very large.
+#define HIDES(first, p) hides_within(fabs((first) - (float)(p)->middle), p)
+#define hides_within(away, p) min(max(min(away - 1.0f, 1.0f - (away - (p)->guessed) * (1.0f / (p)->per_octave)), 0.0f), 1.0f)
+
 // Bits of a tile's last word that are no layer: some colour lies beyond the knee; some neighbours of one another do not lie on
 // one surface, the nearer of them before the focus.
 #define TILE_BRIGHT 0x80000000u
@@ -48,6 +56,13 @@ INLINE float4 excess_of_4(float4 layer, const blur_params* p) {
 
 INLINE float excess_of(float layer, const blur_params* p) {
     return excess_of_4((float4)(layer), p).x;
+}
+
+// A row of a block.
+typedef float8 __attribute__((aligned(4))) float8_anywhere;
+
+INLINE float8 excess_of_8(float8 layers, const blur_params* p) {
+    return (float8)(excess_of_4(layers.lo, p), excess_of_4(layers.hi, p));
 }
 
 INLINE float rising(float x, float from, float to) {

@@ -29,6 +29,19 @@ using params::u32;
 // Running sums of colours up to this are off by 2^-24 of it times some hundred pixels at most.
 constexpr float knee = 4;
 
+// `balanced` guesses what lies behind a surface from what is seen up to so far beside it, pixels.
+constexpr float guess_px = 8;
+
+// Behind what has a larger circle than that it guesses less, and nothing behind twice as large ones.
+constexpr double guessed_circle = 12;
+
+float guessed_layers(const LayerScale& scale) {
+    int away = 0;
+    while (scale.circle(scale.middle + away) < guessed_circle)
+        ++away;
+    return static_cast<float>(away);
+}
+
 void check_clean_plate(const CleanPlate& clean_plate, const StoredDepth& stored, const Image& color) {
     check_stored(clean_plate.depth);
     check_picture(stored, {"the clean plate", clean_plate.color});
@@ -86,7 +99,8 @@ params::blur_params blur_parameters(const Tile& tile, const LayerScale& scale, c
             .knee = knee,
             .area = static_cast<float>(aperture_area(options.aperture) / 4) * aspect_of(tile.camera),
             .state_row = 0,
-            .state_plane = static_cast<u32>(stride) * static_cast<u32>(rows)};
+            .state_plane = static_cast<u32>(stride) * static_cast<u32>(rows),
+            .guessed = guessed_layers(scale)};
 }
 
 params::grid_params grid(const Image& source, const Image& target) {
@@ -108,13 +122,18 @@ int state_planes(int channels, Quality quality) {
     return 2 * channels + 3 + (quality == Quality::accurate ? 4 : 1);
 }
 
+// Is what lies behind a pixel's surface looked for?
+bool looks_behind(const DofOptions& options) {
+    return std::get<Quality>(options.quality) != Quality::fast;
+}
+
 // The device's images of one band, which all bands use in turn, and what every kernel of a call is built for.
 struct Blur {
     Device device;
     params::blur_params p;
     int channels, element, vector_width;
     Quality quality;
-    bool clean_plate;
+    bool clean_plate, looks_behind;
     Aperture aperture;
     float aspect; // of a circle: its height over its width
     bool upright;
@@ -122,17 +141,18 @@ struct Blur {
     std::size_t layer_bytes; // that a layer's own passes may take, twice
     std::size_t image_bytes; // of the images below
     Image planes, state, tiles;
-    Image inner, blocks, hiding; // accurate only
+    Image blocks, hiding; // where what lies behind is looked for
 
     runtime::Kernel& kernel(const char* name, runtime::Defines defines, bool stream = false) const {
         defines.insert(defines.end(), {{"V", vector_width}, {"STREAM", stream}, {"CHANNELS", channels}});
         return runtime::kernel(device, name, defines);
     }
-    bool behind() const { return clean_plate || accurate(); } // have pixels a second surface?
+    bool behind() const { return clean_plate || looks_behind; } // have pixels a second surface?
     bool accurate() const { return quality == Quality::accurate; }
     std::size_t vectors(u32 columns) const { return columns / static_cast<u32>(vector_width); }
     int surfaces() const { return behind() ? 2 : 1; }
     int across() const { return static_cast<int>(p.columns) / params::dof_tile_columns; }
+    int hiding_across() const { return static_cast<int>(p.columns) / params::dof_hiding_columns; }
     int down() const { return static_cast<int>(p.rows) / params::dof_tile_rows; }
     int state_rows() const { return static_cast<int>(p.state_plane / p.stride); }
 };
@@ -161,24 +181,39 @@ int words_of(int tiles_across, int tiles_down) {
     return static_cast<int>(TileBits{}.size()) * tiles_across * tiles_down;
 }
 
-std::vector<TileBits> tile_bits(const Blur& blur, const Image& tiles, int across, const runtime::Defines& which) {
+std::vector<TileBits> tile_bits(const Blur& blur, const Image& tiles, int across, bool hiding) {
     const auto columns = static_cast<std::size_t>(across), rows = static_cast<std::size_t>(blur.down());
-    runtime::launch(blur.device, blur.kernel("dof_tiles", which), {columns, rows}, blur.planes, tiles, blur.p);
+    runtime::launch(blur.device, blur.kernel("dof_tiles", {{"HIDING", hiding}}), {columns, rows}, blur.planes, tiles,
+                    blur.p);
     std::vector<TileBits> bits(columns * rows);
     tiles.region(0, 0, words_of(across, blur.down()), 1).download(bits.data());
     return bits;
 }
 
-// Of the first surfaces, or of the second ones too.
-std::vector<TileBits> tile_bits(const Blur& blur, bool behind) {
-    return tile_bits(blur, blur.tiles, blur.across(), {{"BEHIND", behind}, {"HIDING", 0}});
+// Of the first surfaces.
+std::vector<TileBits> tile_bits(const Blur& blur) {
+    return tile_bits(blur, blur.tiles, blur.across(), false);
 }
 
-// The tiles whose pixels see some surface that another one hides.
-std::vector<unsigned char> tiles_seeing_hidden(const Blur& blur, const LayerPlanOptions& options) {
-    const int across = static_cast<int>(blur.p.columns) / params::dof_hiding_columns;
-    return tiles_seeing(tile_bits(blur, blur.hiding, across, {{"BEHIND", 1}, {"HIDING", 1}}), across, options);
+// Of what hides something and of what that hides, for tiles of dof_hiding_columns.
+std::vector<TileBits> hiding_bits(const Blur& blur) {
+    return tile_bits(blur, blur.hiding, blur.hiding_across(), true);
 }
+
+// Adds the second surfaces to the tiles of the first ones. Where something is hidden, something ends.
+void add_hidden(std::vector<TileBits>& tiles, const std::vector<TileBits>& hiding) {
+    for (std::size_t i = 0; i < hiding.size(); ++i) {
+        TileBits& tile = tiles[i / 2];
+        bool any = false;
+        for (std::size_t word = 0; word < tile.size(); ++word) {
+            tile[word] |= hiding[i][word];
+            any |= hiding[i][word] != 0;
+        }
+        if (any)
+            set_bit(tile, jump_bit + static_cast<int>(i % 2));
+    }
+}
+static_assert(params::dof_tile_columns == 2 * params::dof_hiding_columns);
 
 // The farthest layer that a pixel may lie in.
 int farthest_layer(std::span<const TileBits> tiles) {
@@ -195,11 +230,15 @@ void look_behind(const Blur& blur, int farthest) {
     const params::behind_params b{.block_columns = blur.p.columns / side,
                                   .block_rows = blur.p.rows / side,
                                   .farthest = static_cast<float>(farthest),
-                                  .vertical = 1 / blur.aspect};
-    runtime::launch(blur.device, blur.kernel("dof_inner", {}), {b.block_columns, b.block_rows}, blur.planes, blur.inner,
+                                  .vertical = 1 / blur.aspect,
+                                  .most = guess_px};
+    runtime::Scratch scratch(blur.device); // what a layer's passes hand to one another may take it again
+    const Image inner = scratch.image(Element::f32, {static_cast<int>(blur.p.stride), static_cast<int>(blur.p.rows)});
+    runtime::launch(blur.device, blur.kernel("dof_inner", {}), {b.block_columns, b.block_rows}, blur.planes, inner,
                     blur.blocks, blur.p, b);
-    runtime::launch(blur.device, blur.kernel("dof_behind", {{"CLEAN_PLATE", blur.clean_plate}}),
-                    {blur.p.stride / side, b.block_rows}, blur.planes, blur.inner, blur.blocks, blur.p, b);
+    const char* const look = blur.accurate() ? "dof_behind" : "dof_guess";
+    runtime::launch(blur.device, blur.kernel(look, {{"CLEAN_PLATE", blur.clean_plate}}),
+                    {blur.p.stride / side, b.block_rows}, blur.planes, inner, blur.blocks, blur.p, b);
 }
 
 DofMasksOptions circle_options(const DofOptions& options) {
@@ -228,14 +267,17 @@ void unmix(const Blur& blur, const Image& color) {
                         color, blur.state, blur.tiles, grid(color, color), blur.p, params::unmix_params{.gain = gain});
 }
 
-void cut_into_surfaces(const Blur& blur, const StoredDepth& stored, const Image& color, const CircleOfConfusion& coc,
-                       const DofOptions& options) {
+// The tiles of the first surfaces.
+std::vector<TileBits> cut_into_surfaces(const Blur& blur, const StoredDepth& stored, const Image& color,
+                                        const CircleOfConfusion& coc, const DofOptions& options) {
     cut_into_planes(blur, stored, color, coc, options, false);
     unmix(blur, color);
     if (options.clean_plate)
         cut_into_planes(blur, options.clean_plate->depth, options.clean_plate->color, coc, options, true);
-    if (blur.accurate())
-        look_behind(blur, farthest_layer(tile_bits(blur, false)));
+    std::vector<TileBits> tiles = tile_bits(blur);
+    if (blur.looks_behind)
+        look_behind(blur, farthest_layer(tiles));
+    return tiles;
 }
 
 void clear(const Blur& blur) {
@@ -246,8 +288,10 @@ void clear(const Blur& blur) {
                     {blur.vectors(blur.p.stride), static_cast<std::size_t>(blur.state_rows())}, blur.state, blur.p);
 }
 
-// `behind`: do the pixels that the plan's tiles see have a second surface?
-void run(const Blur& blur, const LayerPlan& plan, bool behind) {
+// Do the pixels that a plan's tiles see have a second surface, and is it a guess? BEHIND of the kernels.
+enum class Behind { none, known, guessed };
+
+void run(const Blur& blur, const LayerPlan& plan, Behind behind) {
     if (plan.passes.empty())
         return;
     runtime::Scratch scratch(blur.device); // the next plan's launches may take it again
@@ -279,7 +323,7 @@ void run(const Blur& blur, const LayerPlan& plan, bool behind) {
                 cell_sums = room(plan.cell_elements, most);
     for (const LayerPass& pass : plan.passes) {
         if (pass.cell > 1) {
-            const runtime::Defines cell{{"FILL", pass.fill}, {"BEHIND", behind}, {"CELL", pass.cell}};
+            const runtime::Defines cell{{"FILL", pass.fill}, {"BEHIND", static_cast<int>(behind)}, {"CELL", pass.cell}};
             constexpr std::size_t pixels = 16; // of an item of dof_cell_layer
             runtime::launch(blur.device, blur.kernel("dof_cells", cell), {pass.cells.blocks, 1}, blur.planes,
                             blur.tiles, lists, cells, blur.p, pass.cells);
@@ -299,7 +343,7 @@ void run(const Blur& blur, const LayerPlan& plan, bool behind) {
                             blur.planes, lists, strips, blur.p, pass.strips);
         } else if (!pass.direct) {
             runtime::Defines stripped = sums;
-            stripped.emplace_back("BEHIND", behind);
+            stripped.emplace_back("BEHIND", static_cast<int>(behind));
             runtime::launch(blur.device, blur.kernel("dof_strips", stripped), strips_range, blur.planes, blur.tiles,
                             lists, strips, blur.p, pass.strips);
         }
@@ -312,7 +356,7 @@ void run(const Blur& blur, const LayerPlan& plan, bool behind) {
         }
         runtime::Defines gathered = sums;
         gathered.emplace_back("DIRECT", pass.direct);
-        gathered.emplace_back("BEHIND", behind);
+        gathered.emplace_back("BEHIND", static_cast<int>(behind));
         runtime::launch(blur.device, blur.kernel("dof_gather", gathered),
                         {pass.gather.tiles * blur.vectors(params::dof_tile_columns) * params::dof_tile_rows /
                              params::dof_rows_at_once,
@@ -323,26 +367,31 @@ void run(const Blur& blur, const LayerPlan& plan, bool behind) {
 }
 
 // Blurs the rows that belong to the state, of an image that holds what they need besides.
-void blur_band(const Blur& call, const StoredDepth& stored, const Image& color, const Image& result,
+void blur_band(Blur call, const StoredDepth& stored, const Image& color, const Image& result,
                const CircleOfConfusion& coc, const DofOptions& options, LayerPlanOptions plan) {
     clear(call);
-    cut_into_surfaces(call, stored, color, coc, options);
-    const std::vector<TileBits> tiles = tile_bits(call, call.behind());
+    std::vector<TileBits> tiles = cut_into_surfaces(call, stored, color, coc, options);
+    std::vector<TileBits> hiding;
+    if (call.behind()) {
+        hiding = hiding_bits(call);
+        add_hidden(tiles, hiding);
+        call.tiles = runtime::table(call.device, Element::u32, tiles).on(call.device);
+    }
     std::vector<unsigned char> made(tiles.size());
     const auto across = static_cast<std::ptrdiff_t>(call.across());
     const auto first = made.begin() + across * (call.p.state_row / params::dof_tile_rows);
     std::fill(first, first + across * (call.state_rows() / params::dof_tile_rows), 1);
-    const auto lay = [&](bool behind) { run(call, layer_plan(tiles, call.across(), plan), behind); };
+    const auto lay = [&](Behind behind) { run(call, layer_plan(tiles, call.across(), plan), behind); };
     plan.only = made;
     if (call.accurate()) { // keeps parts of the lens where something hidden is seen, and there only
-        const std::vector<unsigned char> seeing = tiles_seeing_hidden(call, plan);
+        const std::vector<unsigned char> seeing = tiles_seeing(hiding, call.hiding_across(), plan);
         std::ranges::transform(made, seeing, plan.only.begin(), [](bool own, bool sees) { return own && sees; });
-        lay(true);
+        lay(Behind::known);
         std::ranges::transform(made, seeing, plan.only.begin(), [](bool own, bool sees) { return own && !sees; });
         plan.open = true;
-        lay(false);
+        lay(Behind::none);
     } else {
-        lay(call.clean_plate);
+        lay(call.looks_behind ? Behind::guessed : call.clean_plate ? Behind::known : Behind::none);
     }
     runtime::launch(call.device, call.kernel("dof", {{"ELEMENT", call.element}}),
                     {call.vectors(call.p.columns), static_cast<std::size_t>(call.state_rows())}, call.state, color,
@@ -355,8 +404,9 @@ LayerScale scale_of(const DofOptions& options) {
 
 // Pixels along a row beyond which nothing decides on a pixel, if no circle is larger than `widest`; but for those that a tile has.
 double pixels_beyond(const DofOptions& options, double widest) {
-    // Accurate: what lies behind a pixel is looked for as far as a ray moves between the largest circles, and a pixel.
-    const double behind = std::get<Quality>(options.quality) == Quality::accurate ? widest + 1 : 0;
+    // What lies behind a pixel is looked for as far as a ray moves between the largest circles, and a pixel.
+    const bool accurate = std::get<Quality>(options.quality) == Quality::accurate;
+    const double behind = accurate ? widest + 1 : looks_behind(options) ? guess_px + 1 : 0;
     return scale_of(options).farthest_circle(widest) / 2 + behind;
 }
 
@@ -367,9 +417,8 @@ struct PlaneCounts {
 
 PlaneCounts plane_counts(int channels, const DofOptions& options) {
     const auto quality = std::get<Quality>(options.quality);
-    const bool accurate = quality == Quality::accurate; // a plane of inner pixels, and tables of blocks and tiles
-    return {(options.clean_plate || accurate ? 2 : 1) * (channels + 1), accurate ? 2 : 0,
-            state_planes(channels, quality)};
+    const bool behind = looks_behind(options); // tables of blocks and tiles
+    return {(options.clean_plate || behind ? 2 : 1) * (channels + 1), behind ? 1 : 0, state_planes(channels, quality)};
 }
 
 // Rows of tiles.
@@ -380,7 +429,7 @@ RowNeeds rows_of(const params::blur_params& whole, const PlaneCounts& planes, fl
     const auto bytes = [=, row = sizeof(float) * whole.stride * tile_rows](int read, int made) {
         return row * static_cast<std::size_t>((planes.surfaces + planes.behind) * read + planes.laid * made);
     };
-    return {0, down, down, {halo}, bytes, std::max(halo / 2, 1)};
+    return {0, down, down, {halo}, bytes, std::max(halo / 4, 1)};
 }
 
 // Blurs a picture that has a circle somewhere, `widest` the widest one.
@@ -398,13 +447,13 @@ void blur_circles(const StoredDepth& stored, const Image& color, const Image& re
               device.options().vector_width,
               quality,
               options.clean_plate.has_value(),
+              looks_behind(options),
               options.aperture,
               aspect_of(stored.camera),
               stored.camera.rows == Rows::top_down,
               true,
               allowed.layer,
               0,
-              {},
               {},
               {},
               {},
@@ -431,13 +480,12 @@ void blur_circles(const StoredDepth& stored, const Image& color, const Image& re
     call.planes = planes(counts.surfaces, read);
     call.state = planes(counts.laid, made);
     call.tiles = scratch.image(Element::u32, {words_of(call.across(), read), 1});
-    if (call.accurate()) {
-        call.inner = planes(1, read);
+    if (call.behind())
+        call.hiding = scratch.image(Element::u32, {words_of(call.hiding_across(), read), 1});
+    if (call.looks_behind) {
         constexpr int block = params::dof_behind_block;
         call.blocks =
-            scratch.image(Element::f32, {static_cast<int>(whole.columns) / block, 4 * tile_rows * read / block});
-        call.hiding = scratch.image(Element::u32,
-                                    {words_of(static_cast<int>(whole.columns) / params::dof_hiding_columns, read), 1});
+            scratch.image(Element::f32, {static_cast<int>(whole.columns) / block, 4 * tile_rows * read / block + 1});
     }
     const LayerPlanOptions plan{.aperture = options.aperture,
                                 .scale = scale,

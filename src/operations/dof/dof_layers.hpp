@@ -47,6 +47,10 @@ inline bool has_bit(const TileBits& tile, int bit) {
     return (tile[static_cast<std::size_t>(bit / 32)] >> (bit % 32) & 1) != 0;
 }
 
+inline void set_bit(TileBits& tile, int bit) {
+    tile[static_cast<std::size_t>(bit / 32)] |= params::u32{1} << (bit % 32);
+}
+
 /// A launch of kernels/dof/dof_strips.cl, unless the pixels are read directly, and of dof_gather.cl beside it. Where pixels are
 /// read directly and the quality is not accurate, a launch is of several layers, the first in `gather`: after its tile an
 /// entry of the list has a bit for each that reaches it, and a bit for each that follows one that does; at `starts` stand where
