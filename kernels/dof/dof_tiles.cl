@@ -13,7 +13,6 @@
 #define COLUMNS dof_hiding_columns
 #else
 #define COLUMNS dof_tile_columns
-#endif
 
 #define STEP 0.5f // layers between neighbours, more than which no surface is taken to have
 
@@ -21,6 +20,7 @@
 INLINE intV ends_between(floatV one, floatV other, float middle) {
     return (min(one, other) >= 0.0f) & (min(one, other) < middle) & (fabs(one - other) > STEP);
 }
+#endif
 
 // Adds the bits of the layers around those of the known pixels.
 INLINE void add_layers(uintV* found, floatV layer, intV known) {
@@ -50,7 +50,8 @@ KERNEL void dof_tiles(__global const float* planes, __global uint* tiles, const 
     intV bright = 0, jump[dof_tile_columns / dof_hiding_columns] = {0, 0};
     for (uint row = 0; row < dof_tile_rows; ++row) {
         for (uint column = 0; column < COLUMNS; column += V) {
-            __global const float* first = planes + in_planes(&p, 0, tile * COLUMNS + column, down * dof_tile_rows + row);
+            __global const float* first =
+                planes + in_planes(&p, 0, tile * COLUMNS + column, down * dof_tile_rows + row);
             const floatV here = LOAD(float, first);
 #if HIDING
             __global const float* second = first + (1 + CHANNELS) * p.plane;
@@ -72,8 +73,8 @@ KERNEL void dof_tiles(__global const float* planes, __global uint* tiles, const 
         }
     }
     found[dof_tile_words - 1] |= select((uintV)0, (uintV)TILE_BRIGHT, as_uintV(bright)) |
-                                  select((uintV)0, (uintV)TILE_JUMP, as_uintV(jump[0])) |
-                                  select((uintV)0, (uintV)(TILE_JUMP << 1), as_uintV(jump[1]));
+                                 select((uintV)0, (uintV)TILE_JUMP, as_uintV(jump[0])) |
+                                 select((uintV)0, (uintV)(TILE_JUMP << 1), as_uintV(jump[1]));
     for (int word = 0; word < dof_tile_words; ++word) {
         const uint_lanes lanes = found[word];
         uint all = 0;
