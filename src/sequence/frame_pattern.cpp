@@ -123,6 +123,13 @@ std::string FramePattern::literal(std::size_t before) const {
     return text_.substr(begin, before == tokens_.size() ? std::string::npos : tokens_[before].begin - begin);
 }
 
+std::string FramePattern::beside_number() const {
+    std::string text = literal(0);
+    for (std::size_t i = 0; i < tokens_.size(); ++i)
+        text += '#' + literal(i + 1);
+    return text;
+}
+
 std::string FramePattern::name(Frame frame) const {
     std::string name = literal(0);
     for (std::size_t i = 0; i < tokens_.size(); ++i)

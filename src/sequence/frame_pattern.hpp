@@ -27,6 +27,10 @@ public:
     static std::optional<std::pair<FramePattern, Frame>> of(const std::string& file);
 
     const std::string& text() const { return text_; }
+
+    /// What is the same in the names of all frames, however many figures their numbers have.
+    std::string beside_number() const;
+
     std::string name(Frame frame) const;
 
     /// The frame that a name is of: the number whose `name` it is.

@@ -8,6 +8,8 @@
 
 #include <fmt/format.h>
 
+#include <utility>
+
 namespace fathom::cli {
 
 using sequence::FramePattern;
@@ -23,15 +25,33 @@ bool Inputs::is_sequence() const {
     return all().size() > 1 || !there_.empty();
 }
 
-std::map<Frame, std::string> Inputs::shot(const Input& input) const {
-    if (input.source)
-        return there(input);
-    std::vector<std::string> named;
-    for (const Input& other : all())
-        if (!other.source)
-            named.push_back(other.file);
-    const auto common = named.size() > 1 ? FramePattern::common(named) : std::nullopt;
-    return common ? common->first.files() : std::map<Frame, std::string>{};
+Inputs::Shots Inputs::shots() const {
+    using Alike = std::pair<std::optional<std::size_t>, std::string>; // the source, and the names
+    std::map<Alike, std::vector<std::size_t>> found;
+    for (std::size_t i = 0; i < all().size(); ++i) {
+        const auto& [file, frame, source] = all()[i];
+        const bool is_of_one = source && !there_[*source].empty();
+        const auto pattern = is_of_one ? std::nullopt : FramePattern::of(file);
+        found[{source, is_of_one ? "" : pattern ? pattern->first.beside_number() : file}].push_back(i);
+    }
+    Shots shots{{}, std::vector<std::optional<std::size_t>>(all().size())};
+    for (const auto& [alike, inputs] : found) {
+        const std::optional<std::size_t> source = alike.first;
+        std::map<Frame, std::string> files = source ? there_[*source] : std::map<Frame, std::string>{};
+        if (files.empty() && inputs.size() > 1) {
+            std::vector<std::string> names;
+            for (const std::size_t i : inputs)
+                names.push_back(all_[i].file);
+            if (const auto common = FramePattern::common(names))
+                files = source ? common->second : common->first.files();
+        }
+        if (files.size() < 2)
+            continue;
+        for (const std::size_t i : inputs)
+            shots.of_inputs[i] = shots.files.size();
+        shots.files.push_back(std::move(files));
+    }
+    return shots;
 }
 
 void Inputs::add(const std::string& argument) const {

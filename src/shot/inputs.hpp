@@ -40,9 +40,14 @@ public:
     /// The files of an input's sequence that are there, by their frames.
     const std::map<Frame, std::string>& there(const Input& input) const { return there_[*input.source]; }
 
-    /// The files of the shot that an input is a frame of, whichever frames were asked for; none where it is no frame. Files that
-    /// were named themselves are frames if their names have one pattern, as a shell makes them of shot.*.exr.
-    std::map<Frame, std::string> shot(const Input& input) const;
+    /// Shots that inputs are frames of: their files, whichever frames were asked for, and the shot of each input.
+    struct Shots {
+        std::vector<std::map<Frame, std::string>> files;
+        std::vector<std::optional<std::size_t>> of_inputs; ///< none: no other file is named like it
+    };
+
+    /// Files of a folder, a glob or a command line are frames of one shot if their names have one pattern, whatever else there is.
+    Shots shots() const;
 
 private:
     void add(const std::string& argument) const;

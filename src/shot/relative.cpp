@@ -10,6 +10,7 @@
 #include <fathom/picture.hpp>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <opencv2/core.hpp>
 
@@ -48,6 +49,14 @@ Range range_of(const std::map<Frame, std::string>& files, const DepthOptions& op
     return range && (*range)[0] <= (*range)[1] ? range : std::nullopt;
 }
 
+bool holds_floats(const std::string& file, const DepthOptions& options) {
+    try {
+        return io::range_of_floats(file, options.channel).has_value();
+    } catch (const Error&) { // is told when the turn of this file comes
+        return false;
+    }
+}
+
 // The number that `--relative-range` would be given.
 double as_written(double value) {
     return std::stod(fmt::format("{}", static_cast<float>(value)));
@@ -56,24 +65,32 @@ double as_written(double value) {
 } // namespace
 
 std::vector<std::string> find_ranges(const DepthOptions& options, std::vector<Job>& jobs) {
-    std::map<std::optional<std::size_t>, Range> ranges; // by the sources of the inputs
+    const Inputs::Shots shots = options.inputs.shots();
+    std::vector<Range> ranges;
     std::vector<std::string> said;
-    for (std::size_t i = 0; i < jobs.size(); ++i) {
-        const Input& input = options.inputs.all()[i];
-        const auto [of_source, is_new] = ranges.try_emplace(input.source);
-        Range& range = of_source->second;
-        if (is_new) {
-            const std::map<Frame, std::string> files = options.inputs.shot(input);
-            if (files.size() > 1)
-                range = range_of(files, options);
-            if (range) {
-                range = {as_written((*range)[0]), as_written((*range)[1])};
-                said.push_back(fmt::format("{0} to {1}  values {2} to {3} become 0 to 1 (--relative-range {2},{3})",
-                                           files.begin()->second, files.rbegin()->second, (*range)[0], (*range)[1]));
-            }
-        }
-        jobs[i].range = range;
+    for (const std::map<Frame, std::string>& files : shots.files) {
+        Range& range = ranges.emplace_back(range_of(files, options));
+        if (!range)
+            continue;
+        range = {as_written((*range)[0]), as_written((*range)[1])};
+        said.push_back(fmt::format("{0} to {1}  values {2} to {3} become 0 to 1 (--relative-range {2},{3})",
+                                   files.begin()->second, files.rbegin()->second, (*range)[0], (*range)[1]));
     }
+    std::vector<std::string> alone; // which may be frames, too
+    for (std::size_t i = 0; i < jobs.size(); ++i) {
+        if (const auto shot = shots.of_inputs[i])
+            jobs[i].range = ranges[*shot];
+        else if (jobs.size() > 1)
+            alone.push_back(jobs[i].input.native());
+    }
+    if (std::ranges::any_of(alone, [&](const std::string& file) { return holds_floats(file, options); }))
+        said.push_back(fmt::format(
+            "{}  0 to 1 by {} own range, since no other name is like {}; if {} of a shot, give it one range with "
+            "--relative-range A,B",
+            fmt::format("{}", fmt::join(std::span(alone).first(std::min<std::size_t>(alone.size(), 3)), ", ")) +
+                (alone.size() > 3 ? fmt::format(" and {} more", alone.size() - 3) : ""),
+            alone.size() == 1 ? "its" : "each its", alone.size() == 1 ? "its" : "theirs",
+            alone.size() == 1 ? "it is a frame" : "they are frames"));
     return said;
 }
 

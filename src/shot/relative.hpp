@@ -21,7 +21,8 @@ struct RelativeDepth {
 };
 
 /// Gives each job the range of the relative floats of its whole shot, which is read for it, so that a frame does not depend on
-/// which frames are done with it. Files that cannot be read do not count. Says the ranges in words, a line for each shot.
+/// which frames are done with it. Files that cannot be read do not count. Says the ranges in words, a line for each shot, and one for
+/// inputs whose names are like no other's, which have ranges of their own.
 /// Throws: Interrupted.
 std::vector<std::string> find_ranges(const DepthOptions& options, std::vector<Job>& jobs);
 
