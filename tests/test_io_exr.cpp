@@ -85,6 +85,34 @@ TEST_CASE("exr: a channel asked for is taken, whatever it is called", "[io]") {
     check_says([&] { read_depth(file, {.channel = "Depth"}); }, {"a.exr: has no channel \"Depth\"; it has Z, far.W"});
 }
 
+TEST_CASE("exr: R, G and B that are alike are depth, and those that differ a picture", "[io]") {
+    const TempFolder folder;
+    const auto file = folder / "grey.exr";
+    for (const bool half : {false, true})
+        for (const int channels : {3, 4}) {
+            cv::Mat depth(6, 9, CV_MAKETYPE(CV_32F, channels));
+            for (int y = 0; y < depth.rows; ++y)
+                for (int x = 0; x < depth.cols; ++x)
+                    for (int c = 0; c < channels; ++c)
+                        depth.ptr<float>(y, x)[c] = c < 3 ? static_cast<float>(1 + x + 0.5 * y) : 1.0f;
+            depth.ptr<float>(2, 3)[0] = depth.ptr<float>(2, 3)[1] = depth.ptr<float>(2, 3)[2] = NAN;
+            const std::vector<std::string> names{"R", "G", "B", "A"};
+            const WriteOptions options{
+                .channels = {names.begin(), names.begin() + channels}, .png_scale = {}, .half = half};
+            write_image(file, depth, options);
+            const DepthFile read = read_depth(file);
+            REQUIRE(read.values.channels() == 1);
+            CHECK(read.storage == (half ? Storage::float16 : Storage::float32));
+            for (int y = 0; y < depth.rows; ++y)
+                for (int x = 0; x < depth.cols; ++x)
+                    CHECK((value(read.values, x, y) == 1 + x + 0.5 * y || (x == 3 && y == 2)));
+            CHECK(read_relative(file).values.size() == depth.size());
+            depth.ptr<float>(4, 5)[1] += 1;
+            write_image(file, depth, options);
+            check_says([&] { read_depth(file); }, {"no channel that is named like depth", "B, G, R"});
+        }
+}
+
 TEST_CASE("exr: without a channel that is named like depth, all are listed", "[io]") {
     const TempFolder folder;
     const auto color = write(folder / "colour.exr", {.channels = {"R", "G", "B"}});

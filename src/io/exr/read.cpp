@@ -16,8 +16,10 @@
 #include <OpenEXR/ImfStringAttribute.h>
 
 #include <algorithm>
+#include <cstring>
 #include <functional>
 #include <initializer_list>
+#include <iterator>
 #include <limits>
 #include <set>
 #include <string_view>
@@ -110,6 +112,25 @@ std::vector<Candidate> channels_of(const Imf::MultiPartInputFile& exr) {
     return channels;
 }
 
+[[noreturn]] void refuse_unnamed(const std::filesystem::path& file, const std::vector<Candidate>& channels) {
+    refuse(file, "has no channel that is named like depth; say which it is (--channel): " +
+                     listed(channels, &Candidate::full_name));
+}
+
+/// R, G and B, where there is nothing else but an alpha: depth that some programs write three times, or a picture.
+std::vector<Candidate> three_of(const std::vector<Candidate>& channels) {
+    std::vector<Candidate> found;
+    for (const char* name : {"R", "G", "B", "A"})
+        std::ranges::copy_if(channels, std::back_inserter(found), [&](const auto& each) { return each.name == name; });
+    const auto is_alike = [&](const Candidate& each) {
+        return each.part == 0 && each.type == found.front().type && !each.deep && !each.subsampled;
+    };
+    if (found.size() != channels.size() || found.size() < 3 || found[2].name != "B")
+        return {};
+    found.resize(3);
+    return std::ranges::all_of(found, is_alike) ? found : std::vector<Candidate>{};
+}
+
 const Candidate& choose(const std::filesystem::path& file, const std::vector<Candidate>& channels,
                         const std::string& wanted) {
     if (channels.empty())
@@ -128,9 +149,10 @@ const Candidate& choose(const std::filesystem::path& file, const std::vector<Can
         for (const auto& channel : channels)
             if (channel.rank && (!best || *channel.rank < *best->rank))
                 best = &channel;
+        if (!best && three_of(channels).empty())
+            refuse_unnamed(file, channels);
         if (!best)
-            refuse(file, "has no channel that is named like depth; say which it is (--channel): " +
-                             listed(channels, &Candidate::full_name));
+            best = &*std::ranges::find(channels, "R", &Candidate::name);
     }
     if (best->deep)
         refuse(file, "channel \"" + best->full_name + "\" is deep (many samples a pixel); flatten the file first");
@@ -201,6 +223,11 @@ public:
         const auto candidates = channels_of(exr_);
         for (const std::string& name : names)
             chosen_.push_back(choose(file, candidates, name));
+        const bool is_named = names.size() > 1 || !names.front().empty() || chosen_.front().rank;
+        if (const auto three = three_of(candidates); !is_named && !three.empty()) {
+            chosen_ = three;
+            refuse_colors_ = [file, candidates] { refuse_unnamed(file, candidates); };
+        }
         const int part = chosen_.front().part;
         if (std::ranges::any_of(chosen_, [&](const Candidate& channel) { return channel.part != part; }))
             refuse(file, "has the channels " + listed(names, std::identity()) + " in several parts; name one of them");
@@ -220,6 +247,7 @@ public:
                              "\"nothing here\"; write depth as float");
             channels_.push_back({{}, storage, channel.full_name, {wanted_, display.size()}});
         }
+        channels_.resize(refuse_colors_ ? 1 : channels_.size());
         check(header.compression());
         part_.emplace(exr_, part);
     }
@@ -232,6 +260,12 @@ public:
             pixels.emplace_back(held.size(), mat_type(channel.type));
         if (!seen.empty())
             read(held, pixels);
+        if (refuse_colors_) {
+            for (const cv::Mat& plane : pixels)
+                if (std::memcmp(plane.data, pixels.front().data, plane.total() * plane.elemSize()) != 0)
+                    refuse_colors_();
+            pixels.resize(1);
+        }
         for (const cv::Mat& plane : pixels)
             if (held == strip) {
                 images.push_back(plane);
@@ -255,8 +289,9 @@ private:
     std::filesystem::path file_;
     std::vector<Candidate> chosen_;
     std::vector<DepthFile> channels_;
-    cv::Rect data_, wanted_; // counted from the display window's first pixel
-    Imath::V2i corner_;      // of the display window
+    std::function<void()> refuse_colors_ = {}; // where R, G and B have to be the same
+    cv::Rect data_, wanted_;                   // counted from the display window's first pixel
+    Imath::V2i corner_;                        // of the display window
     int at_ = 0;
 };
 
