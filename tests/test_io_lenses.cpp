@@ -124,6 +124,33 @@ TEST_CASE("lenses: the camera file says the model, its coefficients, or the ends
                {"c.json", "window", "\"view-z\" or \"ray-distance\""});
 }
 
+TEST_CASE("lenses: pictures that are not of their lens's shape are told, and depth of a lens that nobody says",
+          "[io][lens]") {
+    const auto said = [](const std::string& keys, int width, int height) {
+        return key_doubts("{" + keys + "}", width, height);
+    };
+    for (const std::string preset :
+         {R"("preset": "habitat-panorama")", R"("encoding": "ray-distance", "lens": {"model": "equirectangular"})"}) {
+        CHECK(said(preset, 320, 160).empty());
+        CHECK(said(preset, 321, 160).empty());
+        REQUIRE(said(preset, 320, 100).size() == 1);
+        CHECK(said(preset, 320, 100).front().find("\"latitude_deg\"") != std::string::npos);
+    }
+    CHECK(said(R"("preset": "habitat-panorama", "lens": {"latitude_deg": [-40, 40]})", 320, 100).empty());
+    CHECK(said(R"("preset": "habitat-panorama", "lens": {"model": "equirectangular", "longitude_deg": [0, 90]})", 320,
+               100)
+              .empty());
+    const std::string face = R"("encoding": "view-z", "lens": {"model": "cube-face"})";
+    CHECK(said(face, 64, 64).empty());
+    REQUIRE(said(face, 160, 90).size() == 1);
+    CHECK(said(face, 160, 90).front().find("not square") != std::string::npos);
+    const std::string azure =
+        R"("preset": "azure-kinect", "intrinsics": {"fx": 150, "fy": 148, "cx": 163.2, "cy": 117.7})";
+    REQUIRE(said(azure, 320, 240).size() == 1);
+    CHECK(said(azure, 320, 240).front().find("preset kinect if it was undone") != std::string::npos);
+    CHECK(said(azure + R"(, "lens": {"model": "brown", "k": [0.1, 0, 0, 0]})", 320, 240).empty());
+}
+
 TEST_CASE("lenses: of a calibration whose distortion was undone the lens is kept for doubts alone", "[io][lens]") {
     const TempFolder folder;
     const auto file = [&](const std::string& k, const std::string& rest = "") {
@@ -151,6 +178,9 @@ TEST_CASE("lenses: of a calibration whose distortion was undone the lens is kept
     for (const char* const k :
          {"[0, 0, 0, 0, 0]", "[0.1, 0, 0, 0, 0, 0]", "[0.1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0.01, 0]"})
         CHECK_FALSE(undistorted(k).raw_lens.has_value());
+    for (const char* const rest : {"", "fisheye_model: 1\n"}) // which are not those of four
+        check_says([&] { import_camera(file("[0.1, 0.01, 0.001]", rest), {.preset = "kinect"}); },
+                   {"calibration.yml", "distortion_coefficients", "3 coefficients"});
     const std::string p = "projection_matrix: [400, 0, 310.5, 0, 0, 410, 230.5, 0, 0, 0, 1, 0]\ndistortion_model: ";
     const Camera ros = undistorted("[-0.3, 0.1, 0, 0, 0]", p + "plumb_bob\n");
     CHECK((ros.raw_lens.value().fx == 500 && ros.raw_lens->cx == 321));
@@ -304,6 +334,11 @@ TEST_CASE("lenses: a map of rays is read from EXR, TIFF and NPY, and is the lens
     refused(
         R"({"encoding": "view-z", "lens": {"rays": "rays.npy"}, "intrinsics": {"fx": 1, "fy": 1, "cx": 1, "cy": 1}})",
         {"intrinsics"});
+    for (const auto& [name, x, y, z] : {std::tuple("nothing.npy", 0, 0, 0), {"opengl.npy", 1, -1, -1}}) {
+        write_image(folder / name, map.mul(cv::Mat(map.size(), CV_32FC3, cv::Scalar(x, y, z))));
+        refused(std::string(R"({"encoding": "view-z", "lens": {"rays": ")") + name + R"("}})",
+                {z == 0 ? "has no ray" : "x right, y down and z ahead"});
+    }
     cv::Mat picture(8, 8, CV_32FC3, cv::Scalar(3, 4, 5));
     write_image(folder / "picture.exr", picture, {.channels = {"X", "Y", "Z"}});
     refused(R"({"encoding": "view-z", "lens": {"rays": "picture.exr"}})", {"picture.exr"});

@@ -23,6 +23,7 @@ struct Preset {
         projection;    ///< the key of the projection that people have: fov_x_deg, fov_y_deg or fx; empty for panoramas
     std::string usual; ///< what that key usually is; empty where nothing is usual
     std::vector<Need> needs = {};
+    bool is_distorted = false;  ///< by a lens that the camera file has to say
     double usual_metres = 1000; ///< beyond which it has hardly half of its depths, where the formula counts in metres
 };
 

@@ -6,6 +6,8 @@
 #include "json_object.hpp"
 #include "presets.hpp"
 
+#include "lens/laws.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
@@ -13,6 +15,7 @@
 #include <functional>
 #include <iomanip>
 #include <sstream>
+#include <stdexcept>
 
 namespace fs = std::filesystem;
 using nlohmann::json;
@@ -88,6 +91,15 @@ void check_aspect(const fs::path& file, CameraFile& camera, double aspect) {
     };
 }
 
+json lens_keys(const fs::path& file, LensLaw law, const std::vector<double>& k, const std::string& name) {
+    try {
+        static_cast<void>(lens::Laws({law, 1, 1, 0, 0, k}));
+    } catch (const std::invalid_argument& refused) {
+        refuse(file, "\"" + name + "\": " + refused.what());
+    }
+    return {{"model", to_string(law)}, {"k", k}};
+}
+
 } // namespace
 
 std::string named(const std::vector<std::string>& names) {
@@ -138,20 +150,18 @@ json intrinsics_of(const fs::path& file, const std::vector<double>& matrix, std:
 }
 
 json opencv_lens(const fs::path& file, std::vector<double> k, const std::string& name) {
-    constexpr std::size_t with_tilt = 14, without = 12, fewest = 4;
+    constexpr std::size_t with_tilt = 14, without = 12;
     if (std::ranges::all_of(k, [](double each) { return each == 0; }))
         return {};
     if (k.size() == with_tilt && k[12] == 0 && k[13] == 0)
         k.resize(without);
     if (k.size() == with_tilt)
         refuse(file, "\"" + name + "\": has a tilted sensor, which Fathom does not know; undistort the depth");
-    k.resize(std::max(k.size(), fewest));
-    return {{"model", "brown"}, {"k", k}};
+    return lens_keys(file, LensLaw::brown, k, name);
 }
 
-json fisheye_lens(std::vector<double> k) {
-    k.resize(std::max<std::size_t>(k.size(), 4));
-    return {{"model", "opencv-fisheye"}, {"k", k}};
+json fisheye_lens(const fs::path& file, const std::vector<double>& k, const std::string& name) {
+    return lens_keys(file, LensLaw::opencv_fisheye, k, name);
 }
 
 json rows_of(const Eigen::Matrix4d& matrix) {

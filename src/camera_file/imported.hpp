@@ -62,10 +62,11 @@ nlohmann::json intrinsics_of(const std::filesystem::path& file, const std::vecto
                              const std::string& name);
 
 /// The camera file's "lens" of OpenCV's coefficients, of which 14 end with a tilt that must be 0; empty where all are 0.
+/// Throws: Error where no lens has so many, or where the lens is no function of its rays.
 nlohmann::json opencv_lens(const std::filesystem::path& file, std::vector<double> k, const std::string& name);
 
 /// The same of its fisheye.
-nlohmann::json fisheye_lens(std::vector<double> k);
+nlohmann::json fisheye_lens(const std::filesystem::path& file, const std::vector<double>& k, const std::string& name);
 
 /// Four rows of four, as the camera file has a matrix.
 nlohmann::json rows_of(const Eigen::Matrix4d& matrix);

@@ -64,6 +64,20 @@ void doubt_intrinsics(const json& own, bool from_centre, double width, double he
                             "\"pixel_origin\": \"centre\""));
 }
 
+void doubt_lens(const json& own, double width, double height, std::vector<std::string>& said) {
+    constexpr double rounding = 0.02; // of a cut to whole pixels
+    const auto is = [&](const char* model) { return own.contains("model") && own["model"] == model; };
+    if (is("equirectangular") && !own.contains("longitude_deg") && !own.contains("latitude_deg") &&
+        !near_to(width, 2 * height, rounding))
+        said.push_back(text("\"lens\": ", width, " x ", height,
+                            " pixels are not twice as wide as high, as a picture of all directions is; if a part was "
+                            "cut off, say which one is left (\"latitude_deg\": [LOWEST, HIGHEST], \"longitude_deg\"), "
+                            "and otherwise \"latitude_deg\": [-90, 90]"));
+    if (is("cube-face") && !near_to(width, height, rounding))
+        said.push_back(text("\"lens\": ", width, " x ", height,
+                            " pixels are not square, as a cube's face is; give the face alone, or a \"perspective\""));
+}
+
 } // namespace
 
 std::vector<std::string> key_doubts(const std::string& camera_file, int width, int height) {
@@ -79,10 +93,18 @@ std::vector<std::string> key_doubts(const std::string& camera_file, int width, i
         for (const auto& [key, value] : own.items())
             if (!all.contains(key))
                 all[key] = value;
+            else if (value.is_object() && all[key].is_object()) // the preset's lens with ends of its own
+                all[key].insert(value.begin(), value.end());
+        if (preset.is_distorted && !keys.contains("lens") && !keys.contains("raw_lens"))
+            said.push_back(text("the depth of \"", preset.name,
+                                "\" has the distortion of its lens, and the camera has no \"lens\"; give the "
+                                "calibration's coefficients, or take the preset kinect if it was undone"));
     }
     const auto object = [&](const char* key) { return all.contains(key) && all[key].is_object() ? all[key] : json(); };
     if (const json own = object("perspective"); own.is_object())
         doubt_perspective(own, width, height, said);
+    if (const json own = object("lens"); own.is_object())
+        doubt_lens(own, width, height, said);
     if (const json own = object("intrinsics"); own.is_object()) {
         const json& origin = own.contains("pixel_origin") ? own : all;
         doubt_intrinsics(own, origin.contains("pixel_origin") && origin["pixel_origin"] == "centre", width, height,

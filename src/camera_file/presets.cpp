@@ -13,6 +13,28 @@
 
 namespace fathom {
 
+namespace {
+
+// A sensor's integers on OpenCV's axes, so many a metre, and 0 where nothing was measured.
+Preset codes_of_metres(const char* name, const char* source, const std::string& per_metre, const std::string& scale,
+                       const char* usual_fx, double usual_metres) {
+    return {.name = name,
+            .source = source,
+            .formula = "z = v/" + per_metre + " metres, 0 is not measured",
+            .keys = R"({"encoding": "view-z", "scale": )" + scale +
+                    R"(, "missing": 0, "view_axes": "opencv", "pixel_origin": "centre"})",
+            .projection = "fx",
+            .usual = usual_fx,
+            .usual_metres = usual_metres};
+}
+
+Preset distorted(Preset preset) {
+    preset.is_distorted = true;
+    return preset;
+}
+
+} // namespace
+
 const std::vector<Preset>& presets() {
     static const std::vector<Preset> all{
         {.name = "airsim-perspective",
@@ -39,14 +61,8 @@ const std::vector<Preset>& presets() {
          .keys = R"({"encoding": "inverse", "view_axes": "opencv", "pixel_origin": "corner"})",
          .projection = "fx",
          .usual = ""},
-        {.name = "azure-kinect",
-         .source = "Azure Kinect's depth as it comes from the sensor, distorted",
-         .formula = "z = v/1000 metres, 0 is not measured",
-         .keys =
-             R"({"encoding": "view-z", "scale": 0.001, "missing": 0, "view_axes": "opencv", "pixel_origin": "centre"})",
-         .projection = "fx",
-         .usual = "",
-         .usual_metres = 10},
+        distorted(codes_of_metres("azure-kinect", "Azure Kinect's depth as it comes from the sensor, distorted", "1000",
+                                  "0.001", "", 10)),
         {.name = "blender",
          .source = "Blender's Z or Depth pass",
          .formula = "z = v, 1e10 and more (65504 in half floats) is background",
@@ -133,21 +149,8 @@ const std::vector<Preset>& presets() {
          .keys = R"({"encoding": "ray-distance"})",
          .projection = "fov_x_deg",
          .usual = ""},
-        {.name = "kinect",
-         .source = "Kinect and most depth cameras under ROS, 16UC1",
-         .formula = "z = v/1000 metres, 0 is not measured",
-         .keys =
-             R"({"encoding": "view-z", "scale": 0.001, "missing": 0, "view_axes": "opencv", "pixel_origin": "centre"})",
-         .projection = "fx",
-         .usual = "",
-         .usual_metres = 10},
-        {.name = "kitti",
-         .source = "KITTI's depth maps, 16 bits",
-         .formula = "z = v/256 metres, 0 is not measured",
-         .keys =
-             R"({"encoding": "view-z", "scale": 0.00390625, "missing": 0, "view_axes": "opencv", "pixel_origin": "centre"})",
-         .projection = "fx",
-         .usual = "721.5377"},
+        codes_of_metres("kinect", "Kinect and most depth cameras under ROS, 16UC1", "1000", "0.001", "", 10),
+        codes_of_metres("kitti", "KITTI's depth maps, 16 bits", "256", "0.00390625", "721.5377", 1000),
         {.name = "matterport-panorama",
          .source = "Matterport3D's panoramas, 16 bits",
          .formula = "r = v/4000 metres along the ray, 0 is not measured",
@@ -204,30 +207,10 @@ const std::vector<Preset>& presets() {
          .projection = "fov_y_deg",
          .usual = "",
          .needs = {{"near", "nearVal of the projection"}, {"far", "farVal of the projection"}}},
-        {.name = "realsense",
-         .source = "RealSense, Z16 (a D405 has scale 0.0001)",
-         .formula = "z = v/1000 metres, 0 is not measured",
-         .keys =
-             R"({"encoding": "view-z", "scale": 0.001, "missing": 0, "view_axes": "opencv", "pixel_origin": "centre"})",
-         .projection = "fx",
-         .usual = "",
-         .usual_metres = 10},
-        {.name = "replica",
-         .source = "Replica as NICE-SLAM renders it, 16 bits",
-         .formula = "z = v/6553.5 metres, 0 is not measured",
-         .keys =
-             R"({"encoding": "view-z", "scale": 0.00015259021896696422, "missing": 0, "view_axes": "opencv", "pixel_origin": "centre"})",
-         .projection = "fx",
-         .usual = "600",
-         .usual_metres = 50},
-        {.name = "scannet",
-         .source = "ScanNet's depth images, 16 bits",
-         .formula = "z = v/1000 metres, 0 is not measured",
-         .keys =
-             R"({"encoding": "view-z", "scale": 0.001, "missing": 0, "view_axes": "opencv", "pixel_origin": "centre"})",
-         .projection = "fx",
-         .usual = "",
-         .usual_metres = 10},
+        codes_of_metres("realsense", "RealSense, Z16 (a D405 has scale 0.0001)", "1000", "0.001", "", 10),
+        codes_of_metres("replica", "Replica as NICE-SLAM renders it, 16 bits", "6553.5", "0.00015259021896696422",
+                        "600", 50),
+        codes_of_metres("scannet", "ScanNet's depth images, 16 bits", "1000", "0.001", "", 10),
         {.name = "sunrgbd",
          .source = "SUN RGB-D, 16 bits that are rotated left by three",
          .formula = "z = (v/8 + v mod 8 · 2¹³)/1000 metres, v/8 without its fraction, 0 is not measured",
@@ -250,14 +233,7 @@ const std::vector<Preset>& presets() {
          .projection = "fov_y_deg",
          .usual = "50",
          .needs = {{"near", "the camera's near"}, {"far", "the camera's far"}}},
-        {.name = "tum",
-         .source = "TUM RGB-D, 16 bits",
-         .formula = "z = v/5000 metres, 0 is not measured",
-         .keys =
-             R"({"encoding": "view-z", "scale": 0.0002, "missing": 0, "view_axes": "opencv", "pixel_origin": "centre"})",
-         .projection = "fx",
-         .usual = "525",
-         .usual_metres = 10},
+        codes_of_metres("tum", "TUM RGB-D, 16 bits", "5000", "0.0002", "525", 10),
         {.name = "unreal-cm",
          .source = "Unreal Engine's scene depth in centimetres",
          .formula = "z = v/100 metres, 65504 is background, and 1e10 and more",

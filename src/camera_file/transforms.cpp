@@ -55,7 +55,7 @@ json lens_of(const Frame& frame) {
     const auto k = [&](const char* key) { return frame.number(key).value_or(0); };
     const json* is_fisheye = frame.value("is_fisheye");
     if (is_one_of(fisheyes) || (is_fisheye && *is_fisheye != false))
-        return fisheye_lens({k("k1"), k("k2"), k("k3"), k("k4")});
+        return fisheye_lens(frame.file, {k("k1"), k("k2"), k("k3"), k("k4")}, "k1");
     for (const char* key : {"k4", "k5", "k6"}) // nerfstudio's k4 is that of r⁸, which OpenCV has not
         if (k(key) != 0)
             refuse(frame.file, std::string("\"") + key + "\": " + shown_number(k(key)) +

@@ -32,6 +32,15 @@ LensModel lens_of_rays(RayMap map) {
                 map.rays.size() == 3 * static_cast<std::size_t>(map.width) * static_cast<std::size_t>(map.height),
             "a map of rays of ", map.width, " x ", map.height, " pixels has ", map.rays.size(),
             " floats; it must have three a pixel");
+    bool has_ray = false, is_ahead = false;
+    for (std::size_t i = 0; i < map.rays.size(); i += 3) {
+        const float x = map.rays[i], y = map.rays[i + 1], z = map.rays[i + 2], length = std::hypot(x, y, z);
+        has_ray |= length > 0 && std::isfinite(length);
+        is_ahead |= length > 0 && z > 0;
+    }
+    require(has_ray, "the map of rays has no ray: all are 0 or not finite");
+    require(is_ahead, "no ray of the map points ahead: its axes are x right, y down and z ahead; turn the signs of y "
+                      "and z of a map in OpenGL's axes");
     return {.law = LensLaw::rays,
             .fx = 1,
             .fy = 1,

@@ -89,8 +89,7 @@ void set_raw_lens(Imported& imported, const std::function<json()>& lens, json in
         raw = lens();
     } catch (const Error&) {
     }
-    constexpr std::size_t counts[] = {4, 5, 8, 12};
-    if (raw.empty() || std::ranges::count(counts, raw["k"].size()) == 0)
+    if (raw.empty())
         return;
     raw["intrinsics"] = std::move(intrinsics);
     imported.keys["raw_lens"] = std::move(raw);
@@ -110,8 +109,8 @@ Imported import_opencv(const fs::path& file, const YAML::Node& map, const Import
         const bool fisheye = is_fisheye.IsDefined() && count(file, is_fisheye, "fisheye_model") != 0;
         for (const char* key : {"distortion_coefficients", "distCoeffs", "dist_coeffs"})
             if (const YAML::Node node = value(map, {key}); node.IsDefined() || fisheye) {
-                const auto k = node.IsDefined() ? numbers(file, node, key) : std::vector<double>();
-                return fisheye ? fisheye_lens(k) : opencv_lens(file, k, key);
+                const auto k = node.IsDefined() ? numbers(file, node, key) : std::vector<double>(4);
+                return fisheye ? fisheye_lens(file, k, key) : opencv_lens(file, k, key);
             }
         return {};
     };
@@ -159,12 +158,14 @@ Imported import_ros(const fs::path& file, const YAML::Node& map, const ImportOpt
         .cure = "name the topic's type: --preset kinect for 16UC1 (millimetres), --preset encoding=view-z for "
                 "32FC1 (metres)"};
     const auto lens = [&] {
-        const auto coefficients = d.IsDefined() ? numbers(file, d, "D") : std::vector<double>();
+        auto coefficients = d.IsDefined() ? numbers(file, d, "D") : std::vector<double>();
+        if (coefficients.empty())
+            coefficients.resize(4);
         if (!pinhole && !fisheye)
             refuse(file,
                    "\"D\": is a lens distortion that Fathom does not know (" + name +
                        "); take the depth of a rectified topic (image_proc) and say --undistorted, which takes P");
-        return fisheye ? fisheye_lens(coefficients) : opencv_lens(file, coefficients, "D");
+        return fisheye ? fisheye_lens(file, coefficients, "D") : opencv_lens(file, coefficients, "D");
     };
     const Readout out = readout_of(file, map);
     // Of the whole sensor to pixels of the region.
@@ -245,7 +246,7 @@ Imported import_kalibr(const fs::path& file, const YAML::Node& map, const Import
     else if (!none && !options.undistorted) {
         const std::string key = name + ".distortion_coeffs";
         const auto k = matrix(file, own["distortion_coeffs"], key, 4);
-        set_lens(imported, equidistant ? fisheye_lens(k) : opencv_lens(file, k, key));
+        set_lens(imported, equidistant ? fisheye_lens(file, k, key) : opencv_lens(file, k, key));
     }
     return imported;
 }

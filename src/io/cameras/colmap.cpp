@@ -241,8 +241,8 @@ json keys_of(const fs::path& file, const ColmapCamera& camera) {
             refuse(file, "has a camera " + std::string(model.name) +
                              " with a parameter that is not finite; run COLMAP again");
     const std::size_t of_pinhole = model.focal_lengths + 2;
-    const std::vector<double> k(camera.parameters.begin() + static_cast<std::ptrdiff_t>(of_pinhole),
-                                camera.parameters.end());
+    std::vector<double> k(camera.parameters.begin() + static_cast<std::ptrdiff_t>(of_pinhole), camera.parameters.end());
+    k.resize(std::max<std::size_t>(k.size(), 4)); // its simpler models have the first ones of OpenCV's
     if (model.distortion == Distortion::other)
         refuse(
             file,
@@ -262,7 +262,8 @@ json keys_of(const fs::path& file, const ColmapCamera& camera) {
                 {"cx", p[model.focal_lengths]},
                 {"cy", p[model.focal_lengths + 1]},
                 {"pixel_origin", "corner"}}}};
-    if (const json lens = model.distortion == Distortion::fisheye ? fisheye_lens(k) : opencv_lens(file, k, model.name);
+    if (const json lens = model.distortion == Distortion::fisheye ? fisheye_lens(file, k, model.name)
+                                                                  : opencv_lens(file, k, model.name);
         !lens.empty())
         keys["lens"] = lens;
     return keys;
