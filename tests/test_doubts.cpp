@@ -310,7 +310,7 @@ TEST_CASE("doubts: surfaces seen straight on tell distances along the ray from t
     std::mt19937 random(1);
     std::size_t scenes = 0;
     for (const std::string kind : {"wall", "table", "boxes", "room", "street", "steps", "shelves"}) {
-        int missed = 0;
+        int missed = 0, missed_axis = 0;
         for (const double fov : {45, 60, 75, 90, 110, 45, 60, 75, 90, 110}) {
             INFO(kind << ", " << fov << " degrees, scene " << scenes++);
             const double right = std::tan(fov * std::numbers::pi / 360), bottom = right * rows / columns;
@@ -330,9 +330,12 @@ TEST_CASE("doubts: surfaces seen straight on tell distances along the ray from t
             CHECK(!told(Encoding::ray_distance, ray));
             CHECK(!told(Encoding::view_z, axis));
             missed += !told(Encoding::view_z, ray);
+            missed_axis += !told(Encoding::ray_distance, axis);
         }
         INFO(kind);
         CHECK(missed <= 1);
+        if (kind != "wall" && kind != "table") // most of which may be a sensor's farthest distance
+            CHECK(missed_axis <= 1);
     }
 }
 
@@ -476,6 +479,23 @@ TEST_CASE("doubts: numbers that are no depth are told with their key, unless the
     auto wall = with(10000, [](double) { return 2000.0; }); // a wall and a box, seen straight on
     CHECK(told(wall, Storage::uint16) == "");
     CHECK(told(std::vector(wall.size(), 1000.0), Storage::uint16) == "");
+    for (const double farthest : {1023, 2047, 4095, 8191, 32767}) { // with two boxes before it
+        for (int i = 0; i < columns * rows; ++i)
+            wall[static_cast<std::size_t>(i)] =
+                i / columns > 180 ? std::round(0.8 * farthest)
+                : i / columns > 60 && i / columns < 160 && i % columns > 80 && i % columns < 180
+                    ? std::round(0.7 * farthest)
+                    : farthest;
+        INFO("a wall at " << farthest);
+        CHECK(told(wall, Storage::uint16) == "");
+        CHECK(told(scattered(
+                       farthest, [](double z) { return std::round(50 * z); }, 20),
+                   Storage::uint16) != "");
+    }
+    camera.scale = 1;
+    for (const double farthest : {4095.0, 32768.0})
+        CHECK(told(with(farthest, [](double) { return 3500.0; }), Storage::float32) == "");
+    camera.scale = 0.001;
     CHECK(told(with(2047, [](double z) { return std::round(300 + 70 * z); }), Storage::uint16)
               .find("\"scale\": -351.3, \"offset\": -1092.5") != std::string::npos);
     CHECK(told(with(16376, [](double z) { return 8 * std::round(300 + 70 * z); }), Storage::uint16)
@@ -523,6 +543,34 @@ TEST_CASE("doubts: numbers that are no depth are told with their key, unless the
     camera.near_plane = 60;
     camera.far_plane = 1;
     CHECK(told(with(0, white_near), Storage::uint16) == "");
+}
+
+TEST_CASE("doubts: a block of a number is told of a sample, too", "[doubts]") {
+    std::mt19937 random(5);
+    for (const auto& [columns, rows] : {std::pair(200, 150), {320, 240}, {1920, 1080}})
+        for (const double part : {0.01, 0.027, 0.2})
+            for (int i = 0; i < 10; ++i) {
+                const double across = std::sqrt(part);
+                const int wide = static_cast<int>(across * columns), high = static_cast<int>(across * rows),
+                          left = static_cast<int>(random() % static_cast<unsigned>(columns - wide)),
+                          top = static_cast<int>(random() % static_cast<unsigned>(rows - high));
+                std::vector<float> metres;
+                std::vector<std::uint16_t> codes;
+                for (int k = 0; k < columns * rows; ++k) {
+                    const int x = k % columns, y = k / columns;
+                    const bool is_block = x >= left && x < left + wide && y >= top && y < top + high;
+                    const double z = plane(static_cast<int>(static_cast<double>(k) * width * height / columns / rows));
+                    metres.push_back(is_block ? 10000 : static_cast<float>(z));
+                    codes.push_back(is_block ? 65535 : static_cast<std::uint16_t>(std::round(1000 * z)));
+                }
+                INFO(columns << " columns, " << part << ", block " << i << " at " << left << ", " << top);
+                Camera camera = camera_of(Encoding::view_z, columns, rows);
+                const auto said = depth_doubts_of_sample(camera, host(metres, Storage::float32, columns));
+                CHECK((said.size() == 1 && said.front().find("\"missing\": 10000") != std::string::npos));
+                camera.scale = 0.001;
+                const auto of_codes = depth_doubts_of_sample(camera, host(codes, Storage::uint16, columns));
+                CHECK((of_codes.size() == 1 && of_codes.front().find("\"missing\": 65535") != std::string::npos));
+            }
 }
 
 namespace {
@@ -633,12 +681,96 @@ TEST_CASE("doubts: depth that a cubic filter or Lanczos's has mixed with pixels 
         }
 }
 
+TEST_CASE("doubts: small depth that was averaged over squares is told, and every other pixel of it is not",
+          "[doubts]") {
+    constexpr int columns = 120, rows = 90;
+    std::mt19937 random(6);
+    int missed = 0, asked = 0;
+    for (int scene = 0; scene < 6; ++scene) {
+        std::vector<double> x, y, r, z;
+        const auto number = [&](double low, double high) { return std::uniform_real_distribution(low, high)(random); };
+        for (int i = 0; i < 8; ++i) {
+            x.push_back(number(0, 2 * columns));
+            y.push_back(number(0, rows));
+            r.push_back(number(8, 30));
+            z.push_back(number(2, 25));
+        }
+        for (const double code : {1e10, 65504.0}) {
+            const auto at = [&](int column, int row) {
+                double nearest = row > 110 ? 300.0 / (row - 100) : 1e30;
+                for (std::size_t i = 0; i < x.size(); ++i)
+                    if (std::hypot(column - x[i], row - y[i]) < r[i])
+                        nearest = std::min(nearest, z[i] + 0.01 * (column - x[i]));
+                return nearest < 1e30 ? nearest : code;
+            };
+            for (const double wide : {2.0, 1.43}) { // pixels whose centres lie in a square count
+                std::vector<float> nearest, averaged;
+                for (int row = 0; row < rows; ++row)
+                    for (int column = 0; column < columns; ++column) {
+                        const auto first = [&](int i) { return static_cast<int>(std::ceil(i * wide - 0.5)); };
+                        double sum = 0, count = 0;
+                        for (int down = first(row); down < first(row + 1); ++down)
+                            for (int across = first(column); across < first(column + 1); ++across, ++count)
+                                sum += at(across, down);
+                        nearest.push_back(static_cast<float>(at(first(column), first(row))));
+                        averaged.push_back(static_cast<float>(sum / count));
+                    }
+                Camera camera = camera_of(Encoding::view_z, columns, rows);
+                camera.background_from = code;
+                INFO("scene " << scene << ", " << code << ", squares of " << wide);
+                const std::string words = "it was filtered or resized";
+                CHECK_FALSE(says(depth_doubts(camera, host(nearest, Storage::float32, columns)), words));
+                missed += !says(depth_doubts(camera, host(averaged, Storage::float32, columns)), words);
+                ++asked;
+            }
+        }
+    }
+    CHECK(20 * missed <= asked);
+}
+
+TEST_CASE("doubts: values on the other side of 0 are told with the cure, whatever their sky is", "[doubts]") {
+    constexpr int columns = 96, rows = 64;
+    for (const auto& [encoding, scale, sign] : {std::tuple{Encoding::inverse, 37.5, -1.0},
+                                                {Encoding::inverse, -37.5, 1.0},
+                                                {Encoding::view_z, 1.0, -1.0},
+                                                {Encoding::view_z, -1.0, 1.0}})
+        for (const double sky : {0.0, static_cast<double>(NAN), 1.0}) {
+            std::vector<float> values;
+            for (int i = 0; i < columns * rows; ++i) {
+                const double z = plane(i * (width * height / columns / rows));
+                values.push_back(static_cast<float>(
+                    i % columns < 24 && sky != 1 ? sky : sign * (encoding == Encoding::inverse ? 37.5 / z : z)));
+            }
+            Camera camera = camera_of(encoding, columns, rows);
+            camera.scale = scale;
+            const std::vector<std::string> said = depth_doubts(camera, host(values, Storage::float32, columns));
+            INFO(to_string(encoding) << ", " << scale << ", " << sky << ": " << (said.empty() ? "" : said.front()));
+            CHECK(says(said, scale > 0                       ? "\"scale\": -"
+                             : encoding == Encoding::inverse ? "\"scale\": 37.5"
+                                                             : "\"scale\": 1"));
+        }
+    // A renderer's sky is infinite though its distances count backwards.
+    std::vector<float> values;
+    for (int i = 0; i < columns * rows; ++i)
+        values.push_back(i % columns < 32 ? INFINITY
+                                          : static_cast<float>(-plane(i * (width * height / columns / rows))));
+    Camera camera = camera_of(Encoding::view_z, columns, rows);
+    camera.scale = -1;
+    CHECK(says(depth_doubts(camera, host(values, Storage::float32, columns)), "\"background\": \"infinity\""));
+    camera.background = INFINITY;
+    CHECK(depth_doubts(camera, host(values, Storage::float32, columns)) == std::vector<std::string>{});
+}
+
 TEST_CASE("doubts: depth that still has the distortion of its lens is told, and depth without it is not", "[doubts]") {
     std::mt19937 random(4);
     std::normal_distribution<double> noise;
     // A floor and a wall at an angle: distance along the axis where the ray (x, y, 1) meets the first of them.
     const auto corner = [](double x, double y) {
         return std::min(y > 0.02 ? 1.2 / y : 1e9, 1 / (0.22 + 0.15 * x + 0.04 * y));
+    };
+    // A room seen along its walls, most of which is a wall that is seen straight on.
+    const auto box = [](double x, double y) {
+        return std::min({3.0, (x > 0 ? 1.6 : 1.4) / std::abs(x), (y > 0 ? 1.2 : 1.1) / std::abs(y)});
     };
     using enum LensLaw;
     for (const auto& [law, k] : {std::pair{brown, std::vector{-0.3, 0.1, 0.0, 0.0}},
@@ -655,15 +787,15 @@ TEST_CASE("doubts: depth that still has the distortion of its lens is told, and 
                 camera.missing = 0;
                 Camera raw = camera;
                 raw.lens = LensModel{law, 280, 282, 158, 121, k};
-                const auto seen_by = [&](const Camera& one) {
+                const auto seen_by = [&](const Camera& one, const auto& scene) {
                     const PixelRays rays(one);
                     return room_image([&](double, int x, int y) {
                         const Eigen::Vector3d ray = rays.ray_of(x + 0.5, y + 0.5).value();
-                        const double z = corner(ray.x() / ray.z(), ray.y() / ray.z()) * (1 + rough * noise(random));
+                        const double z = scene(ray.x() / ray.z(), ray.y() / ray.z()) * (1 + rough * noise(random));
                         return std::round(1000 * (encoding == Encoding::view_z ? z : z / ray.z()));
                     });
                 };
-                const auto distorted = seen_by(raw), straight = seen_by(camera);
+                const auto distorted = seen_by(raw, corner), straight = seen_by(camera, corner);
                 const auto said = [&](const std::vector<std::uint16_t>& values) {
                     return depth_doubts(camera, host(values, Storage::uint16, room_width));
                 };
@@ -671,7 +803,9 @@ TEST_CASE("doubts: depth that still has the distortion of its lens is told, and 
                 INFO(to_string(law) << ", " << k.front() << ", " << to_string(encoding) << ", noise " << rough);
                 // A weak distortion is not seen, nor one under noise.
                 if (rough == 0 && k.front() != 0.2)
-                    CHECK(says(said(distorted), "distortion of the lens has not been undone"));
+                    for (const auto& values : {distorted, k.front() == 0.05 ? distorted : seen_by(raw, box)})
+                        CHECK(says(said(values), "distortion of the lens has not been undone"));
+                CHECK(said(seen_by(camera, box)) == std::vector<std::string>{});
                 CHECK(said(straight) == std::vector<std::string>{});
                 CHECK_FALSE(says(depth_doubts_of_sample(camera, host(straight, Storage::uint16, room_width)), "flat"));
                 CHECK(said(std::vector<std::uint16_t>(straight.size(), 2000)) == std::vector<std::string>{});
@@ -838,4 +972,57 @@ TEST_CASE("doubts: pictures of all directions are told in codes and with noise, 
                 return Eigen::Vector3d(right * (2 * x / columns - 1), right * (y / rows - 0.5), 1).normalized();
             },
             false);
+    // A level floor below a sky, with spheres on it and elsewhere, seen by a pinhole and in all directions.
+    struct Sphere {
+        Eigen::Vector3d at;
+        double radius;
+    };
+    int missed = 0;
+    constexpr int scenes = 60;
+    for (int scene = 0; scene < scenes; ++scene) {
+        const auto number = [&](double low, double high) { return std::uniform_real_distribution(low, high)(random); };
+        const double floor = number(1, 2), end = number(20, 100);
+        const bool has_sky = scene % 2 == 0;
+        std::vector<Sphere> spheres;
+        for (int i = 0; i < 6; ++i) {
+            const double z = number(4, 25);
+            spheres.push_back({{number(-0.5, 0.5) * z, number(-0.3, 0.3) * z, z}, number(0.5, 2)});
+        }
+        const auto along = [&](const Eigen::Vector3d& ray, bool is_walled) {
+            double nearest = ray.y() < 0 && -floor / ray.y() < end ? -floor / ray.y() : 1e30;
+            if (is_walled)
+                nearest =
+                    std::min(nearest, ((ray.array().sign() * Eigen::Array3d(9, 4, 14) - 0.5) / ray.array()).minCoeff());
+            for (const Sphere& sphere : spheres) {
+                const double b = ray.dot(sphere.at),
+                             d = b * b - sphere.at.squaredNorm() + sphere.radius * sphere.radius;
+                if (d > 0 && b - std::sqrt(d) > 0.1)
+                    nearest = std::min(nearest, b - std::sqrt(d));
+            }
+            return nearest < 1e30 ? nearest
+                   : has_sky      ? std::numeric_limits<double>::infinity()
+                                  : 2 * end / (1 + 0.3 * ray.x());
+        };
+        std::vector<float> pinhole, round, axis;
+        const double right = number(0.5, 1.5);
+        for (int i = 0; i < columns * rows; ++i) {
+            const double x = i % columns + 0.5, y = i / columns + 0.5,
+                         across = (x / columns * 2 - 1) * std::numbers::pi, up = (0.5 - y / rows) * std::numbers::pi;
+            const Eigen::Vector3d ray =
+                Eigen::Vector3d(right * (2 * x / columns - 1), -right * (y / rows - 0.5), 1).normalized();
+            pinhole.push_back(static_cast<float>(along(ray, false)));
+            axis.push_back(static_cast<float>(along(ray, false) * ray.z()));
+            round.push_back(static_cast<float>(
+                along({std::sin(across) * std::cos(up), std::sin(up), std::cos(across) * std::cos(up)}, true)));
+        }
+        camera = camera_of(Encoding::ray_distance, columns, rows);
+        camera.projection = perspective(2 * std::atan(right / 2), 2, {0.1, 100});
+        INFO("scene " << scene << ", " << right);
+        CHECK_FALSE(says(depth_doubts(camera, host(pinhole, Storage::float32, columns)), told));
+        missed += !says(depth_doubts(camera, host(round, Storage::float32, columns)), told);
+        camera.encoding = Encoding::view_z;
+        CHECK_FALSE(says(depth_doubts(camera, host(axis, Storage::float32, columns)), told));
+        missed += !says(depth_doubts(camera, host(round, Storage::float32, columns)), told);
+    }
+    CHECK(missed <= 2 * scenes / 20);
 }

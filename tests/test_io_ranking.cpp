@@ -415,6 +415,15 @@ TEST_CASE("ranking: values below 0 get cameras under which they are depths") {
             CHECK(camera.scale < 0);
         }
     }
+    // From 0 to -1 with a sky at -1, which lies beyond the farthest surface.
+    DepthFile counted =
+        image_of<float>(view, CV_32FC1, Storage::float32, [](const Place& p) { return -(p.z - 1) / 20; });
+    counted.values.rowRange(0, view.height / 4) = -1;
+    const Ranking ranking = rank_encodings(host(counted));
+    REQUIRE(!ranking.guesses.empty());
+    CHECK(ranking.guesses.front().family == Family::planar);
+    CHECK(ranking.guesses.front().camera_file.find("\"depth_range\": [0, -") != std::string::npos);
+    CHECK(ranking.guesses.front().camera_file.find("\"background_from\": -1") != std::string::npos);
 }
 
 TEST_CASE("ranking: 1920 x 1080 pixels take less than a second", "[slow]") {

@@ -241,7 +241,8 @@ std::string reason(const Subject& subject, const StoredStatistics& found) {
         return text("all of its values are ", number(found.min), ", which the camera says was not measured");
     const double end =
         camera.encoding == Encoding::inverse ? 0.0 - camera.offset : 0; // where depth begins, or infinity lies
-    if (is_metric(camera.encoding) && (camera.scale > 0 ? found.max < end : found.min > end))
+    // A sky may lie at the end itself.
+    if (is_metric(camera.encoding) && found.min < found.max && (camera.scale > 0 ? found.max <= end : found.min >= end))
         return text(values, ", on the other side of ", number(end), " than \"scale\" has it; if they count ",
                     camera.scale > 0 ? "backwards, as Isaac Gym's depth and ZED's disparity do" : "forwards",
                     ", say \"scale\": ", number(-camera.scale));
@@ -255,6 +256,10 @@ std::string reason(const Subject& subject, const StoredStatistics& found) {
                     "; if that was not measured, say \"missing\": ", number(value),
                     "; if nothing is there, \"background\": ", number(value),
                     value == 0 ? ", which is Nuke's sky, whose values are 1/z (\"encoding\": \"inverse\")" : "");
+    if (counts_distances(camera.encoding) && camera.scale < 0 && 2 * found.inf > subject.look.invalid - found.nan)
+        return text(percent(found.inf, found.pixels),
+                    " of the values are infinity, on the other side of 0 than \"scale\" "
+                    "has it; if nothing is there, say \"background\": \"infinity\"");
     if (camera.encoding == Encoding::window)
         return values + "; do clip_z, reversed and depth_range fit the program that wrote them?";
     return values + "; fathom inspect shows what the camera makes of them";
@@ -375,7 +380,7 @@ auto decoder(const Camera& camera, const HostDepth& stored) {
         if (kind == StoredKind::missing || !(value >= form.lowest && value <= form.highest))
             return invalid;
         if (std::isinf(value) && (form.form == Form::affine || form.form == Form::ray_distance))
-            return form.farther * value; // sums of it would be NaN
+            return form.farther * value > 0 ? form.farther * value : invalid; // sums of it would be NaN
         const auto z = static_cast<float>(view_depth(form, rays, x + 0.5, y + 0.5, static_cast<double>(value)));
         return z > form.least_depth ? z : invalid;
     };
@@ -469,7 +474,7 @@ std::vector<std::string> lens_doubts(const Camera& camera, const HostDepth& stor
 }
 
 std::vector<std::string> depth_doubts_of_sample(const Camera& camera, const HostDepth& stored) {
-    constexpr int most_windows = 2, growth = 4, columns = 24, rows = 16;
+    constexpr int most_windows = 2, growth = 4, columns = 24, rows = 16, most_of_numbers = 240, rows_of_numbers = 40;
     const auto decode = decoder(camera, stored);
     Subject subject(camera, stored.storage, most_windows, growth);
     const auto look_at = [&](int x, int y, const auto& put) {
@@ -496,6 +501,8 @@ std::vector<std::string> depth_doubts_of_sample(const Camera& camera, const Host
     subject.look.add(distances);
     for (int y = down; y < stored.height; y += 5 * down)
         subject.add_row(part_of(stored, 0, y, stored.width, 1));
+    for (int y = 0; y < stored.height; y += std::max(1, stored.height / rows_of_numbers))
+        subject.numbers.add_some(part_of(stored, 0, y, stored.width, 1), std::max(1, stored.width / most_of_numbers));
     subject.each = [&](const auto& visit) { visit(sampled, distances); };
     if (subject.look.invalid == subject.look.pixels && !is_measured(subject)) // what was measured may lie between
         return {};

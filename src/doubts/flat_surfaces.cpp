@@ -17,6 +17,8 @@
 #include <limits>
 #include <numbers>
 #include <optional>
+#include <set>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -133,7 +135,7 @@ public:
     }
 
 private:
-    static constexpr int least_windows = 8; // across the image: smaller ones are bent too little
+    static constexpr int least_windows = 32; // across the image: smaller ones are bent too little
     static constexpr double least_ahead = 0.1;
 
     static Camera raw(Camera camera) {
@@ -184,6 +186,16 @@ std::vector<Alternative> alternatives(const Camera& camera, Storage storage, boo
                           *camera.near_plane * storage_max(storage) / (*camera.far_plane - *camera.near_plane),
                           "linear from near to far (\"encoding\": \"linear\"); are they"});
     return result;
+}
+
+bool has_few_values(std::span<const Sampled> windows) {
+    constexpr std::size_t few = 16;
+    std::set<float> values;
+    for (const Sampled& sampled : windows)
+        for (const float value : sampled.values)
+            if (std::isfinite(value) && values.insert(value).second && values.size() > few)
+                return false;
+    return true;
 }
 
 // The descriptions of an image's values, the camera's own first: samples of a window, none where a pixel has no ray, and how bent
@@ -286,9 +298,11 @@ std::optional<std::string> flat_surfaces_doubt(const Subject& subject) {
     const bool packed = pixel_bytes(storage) == 3 || storage == Storage::uint24_high; // elements are no numbers
     if (of_pixel || packed || camera.encoding == Encoding::pseudo_linear)             // which is bent inside triangles
         return std::nullopt;
-    // A second difference is no smaller than a step, unless it is 0.
-    const float least = subject.changes.least_second;
-    const Rounding rounding{storage != Storage::float16 && std::isfinite(least) ? static_cast<double>(least) : 0,
+    // A second difference is no smaller than a step, unless it is 0. Values that are few lie on surfaces that are seen straight on,
+    // which step from one to the next.
+    const double least = has_few_values(subject.windows) ? (is_float(storage) ? 0 : 1)
+                                                         : static_cast<double>(subject.changes.least_second);
+    const Rounding rounding{storage != Storage::float16 && std::isfinite(least) ? least : 0,
                             storage == Storage::float16 ? 0x1p-10 : 0x1p-23};
     const Decoder decoder(camera, form);
     const Descriptions descriptions =

@@ -7,8 +7,10 @@
 #include <fathom/photograph.hpp>
 
 #include <array>
+#include <bit>
 #include <bitset>
 #include <cstddef>
+#include <cstdint>
 #include <functional>
 #include <limits>
 #include <optional>
@@ -107,15 +109,27 @@ struct SharedNumbers {
     std::array<FilteredBorders, 2> borders = {},
                                    swinging_borders = {}; ///< of pixels without depth, on either side of them: for
                                                           ///< filters that blend, and that go beyond both, too
+    FilteredBorders far_borders =
+        {}; ///< those of numbers that are far off from the surface, on both sides, of filters that blend
 
     SharedNumbers() = default;
     SharedNumbers(const Camera& camera, Storage storage);
     void add(const HostDepth& row);
 
+    /// Looks at the numbers in every so many pixels of a row, and in no borders.
+    void add_some(const HostDepth& row, int step);
+
 private:
+    static constexpr std::size_t marks = 1024;
+    static std::size_t mark_of(float value) {
+        return (std::bit_cast<std::uint32_t>(value + 0.0f) * 0x9e3779b1u) >> 22; // Knuth's multiplicative hash
+    }
+    void count(float value, bool is_pair, float& before);
+
     DepthForm form_{};
     bool counts_distances_ = false;
     std::vector<float> before_ = {}; ///< the row before
+    std::bitset<marks> marks_ = {};  ///< of the numbers: most other values have none
 };
 
 /// Depth that is taken some rows after the others, and what is to be seen in it.

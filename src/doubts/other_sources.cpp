@@ -9,6 +9,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 #include <numbers>
 #include <optional>
 #include <span>
@@ -64,6 +65,29 @@ Doubt byte_order_doubt(const Subject& subject) {
                 red_is_high ? "low" : "high", "-first\"");
 }
 
+double quantile(std::vector<float>& values, double part) {
+    const auto at = values.begin() + static_cast<std::ptrdiff_t>(part * static_cast<double>(values.size()));
+    std::ranges::nth_element(values, at);
+    return static_cast<double>(*at);
+}
+
+// The second derivative of columns of an image of all directions along their angle, as a part of the values, where most pixels have
+// one; NaN otherwise.
+double median_bend(std::span<const std::vector<float>> columns, int height) {
+    const auto span = static_cast<std::size_t>(height / 16); // so long that noise does not count
+    const double angle = std::numbers::pi * static_cast<double>(span) / height;
+    std::vector<float> bends;
+    for (const std::vector<float>& column : columns)
+        for (std::size_t i = span; i + span < column.size(); ++i) {
+            const float second = (column[i - span] - 2 * column[i] + column[i + span]) / column[i];
+            if (std::isfinite(second))
+                bends.push_back(second / static_cast<float>(angle * angle));
+        }
+    return 4 * bends.size() >= columns.size() * static_cast<std::size_t>(height)
+               ? quantile(bends, 0.5)
+               : std::numeric_limits<double>::quiet_NaN();
+}
+
 // Pictures of all directions are twice as wide as high, and their last column lies beside the first.
 Doubt panorama_doubt(const Subject& subject) {
     const int width = subject.camera.width, height = subject.camera.height;
@@ -73,7 +97,7 @@ Doubt panorama_doubt(const Subject& subject) {
     std::vector<float> step, seam, half, mirrored; // of the rows, relative to the depth
     std::vector<float> firsts;                     // values of the first column
     constexpr int columns = 16;
-    std::array<std::vector<float>, columns> inverse; // 1 over the distance, down some columns
+    std::array<std::vector<float>, columns> inverse, inverse_z; // 1 over the distance and over z, down some columns
     const bool distances = counts_distances(subject.camera.encoding);
     subject.each([&](const HostDepth& values, const HostFloats& z) {
         if (z.width != width)
@@ -88,6 +112,7 @@ Doubt panorama_doubt(const Subject& subject) {
                     visit_values(part_of(values, x, y, 1, 1),
                                  [&](float value, std::uint32_t) { distance = std::abs(value); });
                 inverse[static_cast<std::size_t>(i)].push_back(std::isfinite(depth) ? 1 / distance : NAN);
+                inverse_z[static_cast<std::size_t>(i)].push_back(std::isfinite(depth) ? 1 / depth : NAN);
             }
             if (row[0] > 0 && std::isfinite(row[0]))
                 visit_values(part_of(values, 0, y, 1, 1),
@@ -108,32 +133,15 @@ Doubt panorama_doubt(const Subject& subject) {
     });
     if (4 * step.size() < static_cast<std::size_t>(height))
         return std::nullopt;
-    const auto quantile = [](std::vector<float>& values, double part) {
-        const auto at = values.begin() + static_cast<std::ptrdiff_t>(part * static_cast<double>(values.size()));
-        std::ranges::nth_element(values, at);
-        return static_cast<double>(*at);
-    };
     const double little = quantile(step, 0.5), much = std::max(0.1, 4 * little);
     // A floor or a wall has all of a row alike, and a corridor its two halves.
     const bool differs = quantile(half, 0.75) >= much && quantile(mirrored, 0.75) >= much;
-    // A floor that has all of a row alike is straight in 1/z from row to row, but where rows are angles 1/distance is a sine of them
-    // on any plane, whose second derivative is its own negative.
-    const int span = height / 16; // so long that noise does not count
-    const double angle = std::numbers::pi * span / height;
-    std::vector<float> curvature;
-    for (const std::vector<float>& column : inverse)
-        for (std::size_t i = static_cast<std::size_t>(span); i + static_cast<std::size_t>(span) < column.size(); ++i) {
-            const float up = column[i - static_cast<std::size_t>(span)],
-                        down = column[i + static_cast<std::size_t>(span)],
-                        second = (up - 2 * column[i] + down) / column[i];
-            if (std::isfinite(second))
-                curvature.push_back(second / static_cast<float>(angle * angle));
-        }
-    const bool is_curved =
-        4 * curvature.size() >= static_cast<std::size_t>(columns) * static_cast<std::size_t>(height) &&
-        std::abs(quantile(curvature, 0.5) + 1) < 0.3;
+    // Over a plane 1/z is straight from row to row, but where rows are angles 1/distance is a sine of them, whose second derivative
+    // is its own negative. The seam says little about a picture of the first kind, whose floor has all of a row alike.
+    const double bend = median_bend(inverse, height), bend_of_z = median_bend(inverse_z, height);
+    const bool is_curved = std::abs(bend + 1) < 0.3, is_straight = std::abs(bend_of_z) < 0.3;
     const double code = is_float(subject.storage) ? 0 : 1 / quantile(firsts, 0.5); // as a part of the depth
-    if (quantile(seam, 0.75) > 1.5 * quantile(step, 0.75) + 0x1p-12 + code || !(differs || is_curved))
+    if (quantile(seam, 0.75) > 1.5 * quantile(step, 0.75) + 0x1p-12 + code || !(is_curved || (differs && !is_straight)))
         return std::nullopt;
     return "it is twice as wide as high, and its left and right columns continue each other, as in a picture of all "
            "directions (equirectangular), which no \"perspective\" describes, but a \"lens\" of the model "

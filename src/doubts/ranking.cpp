@@ -279,7 +279,8 @@ Guess planar_guess(const Findings& found) {
                      c = largest *
                          (is_white_near ? 1 + found.parameter(Shape::reversed_offset) : found.parameter(Shape::offset)),
                      at_code = is_white_near ? c - code : c + code, unit = 100 / std::max(c, at_code);
-        const std::string range = is_long ? text(R"(, "depth_range": [0, )", found.sign() * code, "]") : "";
+        const std::string range =
+            is_long ? text(R"(, "depth_range": [0, )", found.sign() * code, "]") + apart_keys(found, false) : "";
         return {Family::planar,
                 is_white_near ? "distance along the view axis, counted from a far plane"
                               : "distance along the view axis, counted from a near plane",

@@ -31,7 +31,11 @@ constexpr double near_gap = 0.05;            // of the range of all others
 constexpr double many_filtered = 0.3;        // of the borders of what has no depth
 constexpr double many_filtered_buffer = 0.6; // the same of depth buffers, in which far surfaces are near the sky
 constexpr std::size_t least_filtered = 32;   // borders
-constexpr std::size_t least_of_side = 12;    // borders, that speak for themselves
+// Where the number is so many times the surface's depth, hardly anything else lies between, and fewer borders tell.
+constexpr float far_off = 1000;
+constexpr double many_of_far = 0.1;
+constexpr std::size_t least_of_far = 8;
+constexpr std::size_t least_of_side = 12; // borders, that speak for themselves
 // Beside a pixel without depth, one that lies between its number and the surface that follows was made by a filter. Cubic filters
 // and Lanczos's then go beyond the surface, which a sphere's rim does not, and come to rest later.
 constexpr std::size_t blend_px = 4, ring_px = 7; // behind the border, where the surface rests
@@ -126,6 +130,29 @@ SharedNumbers::SharedNumbers(const Camera& camera, Storage storage)
         numbers = {*code};
     counts.resize(numbers.size());
     pairs.resize(numbers.size());
+    for (const float number : numbers)
+        marks_.set(mark_of(number));
+}
+
+void SharedNumbers::count(float value, bool is_pair, float& before) {
+    ++pixels;
+    const auto found = marks_[mark_of(value)] ? std::ranges::lower_bound(numbers, value) : numbers.end();
+    if (found != numbers.end() && *found == value) {
+        ++counts[static_cast<std::size_t>(found - numbers.begin())];
+        pairs[static_cast<std::size_t>(found - numbers.begin())] += is_pair;
+    } else {
+        constant += is_pair && value == before;
+    }
+    before = value;
+}
+
+void SharedNumbers::add_some(const HostDepth& row, int step) {
+    before_.resize(static_cast<std::size_t>(row.width), std::numeric_limits<float>::quiet_NaN());
+    for (int x = 1; x < row.width; x += step) {
+        float pair[2]{}, *next = pair;
+        visit_values(part_of(row, x - 1, 0, 2, 1), [&](float value, std::uint32_t) { *next++ = value; });
+        count(pair[1], pair[0] == pair[1], before_[static_cast<std::size_t>(x)]);
+    }
 }
 
 void SharedNumbers::add(const HostDepth& row) {
@@ -134,16 +161,7 @@ void SharedNumbers::add(const HostDepth& row) {
     bool has_border = false;
     before_.resize(static_cast<std::size_t>(row.width), std::numeric_limits<float>::quiet_NaN());
     visit_values(row, [&](float value, std::uint32_t bits) {
-        ++pixels;
-        const bool is_pair = !values.empty() && value == values.back().first;
-        const auto found = std::ranges::lower_bound(numbers, value);
-        if (found != numbers.end() && *found == value) {
-            ++counts[static_cast<std::size_t>(found - numbers.begin())];
-            pairs[static_cast<std::size_t>(found - numbers.begin())] += is_pair;
-        } else {
-            constant += is_pair && value == before_[values.size()];
-        }
-        before_[values.size()] = value;
+        count(value, !values.empty() && value == values.back().first, before_[values.size()]);
         const bool is_ahead = !counts_distances_ || value * form_.farther > 0; // the others have no depth, named or not
         values.emplace_back(value, kind_of(form_, value, bits) != StoredKind::depth || !is_ahead);
         has_border |= values.back().second;
@@ -171,6 +189,10 @@ void SharedNumbers::add(const HostDepth& row) {
             if (is_border(blend_px, 0.02f)) {
                 ++borders[side].count;
                 borders[side].filtered += is_between(way(blend_px, 1));
+                if (std::abs(number) >= far_off * std::abs(at(i + blend_px).first)) {
+                    ++far_borders.count;
+                    far_borders.filtered += is_between(way(blend_px, 1));
+                }
             }
             if (is_border(ring_px, 0.05f)) {
                 bool swings = false;
@@ -218,6 +240,13 @@ std::optional<std::string> special_number_doubt(const Subject& subject) {
         if (is_said || as_sky || (!has_depth && number_here != 0) || !may_have_depth)
             continue;
         const Others others = others_than(number_here, subject);
+        // Of a sample of few pixels, rows tell more.
+        const bool is_of_rows = others.count < least_pixels;
+        const std::size_t count = is_of_rows ? shared.counts[i] : others.count,
+                          pixels = is_of_rows ? shared.pixels : subject.look.pixels;
+        const auto are_at_least = [&](double part) {
+            return static_cast<double>(count) >= part * static_cast<double>(pixels);
+        };
         const bool is_scattered = 2 * shared.pairs[i] < shared.counts[i];
         // Something small that is seen straight on may be nearer than all else.
         const bool may_be_near =
@@ -225,13 +254,12 @@ std::optional<std::string> special_number_doubt(const Subject& subject) {
         const double many = may_be_near                      ? many_before_all
                             : has_depth || integer_disparity ? many_of_a_number
                                                              : many_without_depth;
-        if (others.surfaces == 0 ||
-            !(static_cast<double>(others.count) >= many * static_cast<double>(subject.look.pixels)))
+        if (others.surfaces == 0 || !are_at_least(many))
             continue;
         if (!is_metric(camera.encoding)) {
             const double gap = form.farther > 0 ? others.least - stored : stored - others.greatest;
-            if (!(static_cast<double>(others.count) >= many_at_the_near * static_cast<double>(subject.look.pixels)) ||
-                subject.look.background > 0 || !(gap > near_gap * (others.greatest - others.least)))
+            if (!are_at_least(many_at_the_near) || subject.look.background > 0 ||
+                !(gap > near_gap * (others.greatest - others.least)))
                 continue;
             const std::string cure =
                 camera.encoding == Encoding::window ? "\"reversed\" is the wrong way round"
@@ -239,23 +267,23 @@ std::optional<std::string> special_number_doubt(const Subject& subject) {
                     ? "near is white: exchange \"near\" and \"far\""
                     : text("the values count the other way: say \"depth_range\": [", number(camera.depth_range[1]),
                            ", ", number(camera.depth_range[0]), "]");
-            return text(percent(others.count, subject.look.pixels), " of the pixels hold ", number(stored),
+            return text(percent(count, pixels), " of the pixels hold ", number(stored),
                         ", which is the near plane, and nothing lies just behind it; if that is the sky, ", cure,
                         "; if nothing was measured there, say \"missing\": ", number(stored, 17));
         }
         // A wall that is seen straight on has one depth, too.
-        const bool may_be_wall =
-            has_depth && !integer_disparity && !is_scattered && 2 * shared.constant >= shared.pairs[i] &&
-            std::abs(stored) < no_wall * others.greatest && (floats ? std::abs(stored) < 65504 : is_round(stored));
+        const bool may_be_wall = has_depth && !integer_disparity && !is_scattered &&
+                                 2 * shared.constant >= std::min(shared.pairs[i], shared.pixels - shared.counts[i]) &&
+                                 std::abs(stored) < std::min(65504.0, no_wall * others.greatest);
         if (may_be_wall || (!integer_disparity && !stands_apart(stored, others, has_depth, floats)))
             continue;
         const std::string key = number(stored, 17);
         const float unit = number_here / raw_kinect_none;
         if ((unit == 1 || unit == 8) && !floats) {
             if (others.greatest <= static_cast<double>(unit * raw_kinect_highest))
-                return text(percent(others.count, subject.look.pixels), " of the pixels hold ", key,
-                            ", and no other value is above ", number(others.greatest),
-                            ", as in the raw 11 bits of a Kinect", unit == 8 ? " that are shifted by three" : "",
+                return text(percent(count, pixels), " of the pixels hold ", key, ", and no other value is above ",
+                            number(others.greatest), ", as in the raw 11 bits of a Kinect",
+                            unit == 8 ? " that are shifted by three" : "",
                             "; if it is one, say \"encoding\": \"inverse\", \"scale\": ",
                             number(-351.3 * static_cast<double>(unit)),
                             ", \"offset\": ", number(-1092.5 * static_cast<double>(unit)),
@@ -263,9 +291,8 @@ std::optional<std::string> special_number_doubt(const Subject& subject) {
             if (unit == 8)
                 continue;
         }
-        return text(percent(others.count, subject.look.pixels), " of the pixels hold ", key,
-                    ", which stands apart from all other values, ", number(others.least, 4), " to ",
-                    number(others.greatest, 4), ", and counts as ",
+        return text(percent(count, pixels), " of the pixels hold ", key, ", which stands apart from all other values, ",
+                    number(others.least, 4), " to ", number(others.greatest, 4), ", and counts as ",
                     integer_disparity ? "infinitely far"
                     : has_depth       ? text("a depth of ", number(z, 4))
                                       : "no depth at all",
@@ -284,16 +311,23 @@ std::optional<std::string> filtered_doubt(const Subject& subject) {
     const auto are_many = [&](const FilteredBorders& borders) {
         return static_cast<double>(borders.filtered) > many * static_cast<double>(borders.count);
     };
+    const FilteredBorders& far_off_ones = subject.numbers.far_borders;
+    std::optional<FilteredBorders> told;
+    if (far_off_ones.filtered >= least_of_far &&
+        static_cast<double>(far_off_ones.filtered) > many_of_far * static_cast<double>(far_off_ones.count))
+        told = far_off_ones;
     for (const auto& sides : {subject.numbers.borders, subject.numbers.swinging_borders}) {
         const FilteredBorders all{sides[0].count + sides[1].count, sides[0].filtered + sides[1].filtered};
         // Something narrow casts its shadow on one side.
-        if (all.filtered >= least_filtered && are_many(all) &&
+        if (!told && all.filtered >= least_filtered && are_many(all) &&
             std::ranges::all_of(sides, [&](const auto& side) { return side.count < least_of_side || are_many(side); }))
-            return text("beside pixels without depth ", percent(all.filtered, all.count),
-                        " of the values lie between theirs and the surface's, which are no depths: it was filtered or "
-                        "resized; take the nearest pixel instead (cv::INTER_NEAREST)");
+            told = all;
     }
-    return std::nullopt;
+    if (!told)
+        return std::nullopt;
+    return text("beside pixels without depth ", percent(told->filtered, told->count),
+                " of the values lie between theirs and the surface's, which are no depths: it was filtered or "
+                "resized; take the nearest pixel instead (cv::INTER_NEAREST)");
 }
 
 } // namespace fathom
