@@ -256,8 +256,8 @@ TEST_CASE("relative program: a shot of floats has one range, whichever frames ar
     CHECK(beside.code == 0);
     CHECK(contains(beside.out.substr(0, beside.out.find('\n')), "--relative-range 0.8,24"));
     CHECK(contains(beside.out, "test.exr  0 to 1 by its own range"));
-    const Outcome by_shell = run(
-        joined(joined(masks, {folder / "out/by-shell/"}), {frame(1), frame(2), frame(3), folder / "test.exr"}));
+    const Outcome by_shell =
+        run(joined(joined(masks, {folder / "out/by-shell/"}), {frame(1), frame(2), frame(3), folder / "test.exr"}));
     for (const char* out : {"out/beside/", "out/by-shell/"})
         for (int i = 1; i <= 3; ++i)
             CHECK(same(channel(folder / (out + ("shot.000" + std::to_string(i)) + ".exr"), "coc"), result("whole", i)));
