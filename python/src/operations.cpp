@@ -19,6 +19,7 @@
 #include <nanobind/stl/pair.h>
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/tuple.h>
+#include <nanobind/stl/vector.h>
 
 #include <algorithm>
 #include <array>
@@ -109,7 +110,8 @@ void set_images(const Bound& bound, void* made, const Given& given, Call& call) 
     Image picture;
     for (const auto& [option, value] : given) {
         if (option->kind == Kind::region) {
-            const auto [x, y, width, height] = nb::cast<std::array<int, 4>>(value);
+            const auto read = description::value_of(option->kind, nb::cast<std::vector<double>>(value));
+            const auto [x, y, width, height] = std::get<Region>(*read);
             static_cast<void>(call.depth().image.region(x, y, width, height)); // throws where it does not fit
         } else if (option->is_image()) {
             const Pixels pixels{nb::isinstance<BackDepth>(value) ? nb::cast<const BackDepth&>(value).depth

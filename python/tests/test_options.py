@@ -53,7 +53,8 @@ def values(option):
     if option["kind"] == "ray":
         return [((2, 1, 5.0), True), ((2, 1, math.inf), True), ((2, 1, 0.0), False), ((2, 1, math.nan), False)]
     if option["kind"] == "region":
-        return [((1, 1, 4, 3), True), ((0, 0, WIDTH, HEIGHT), True), ((0, 0, 0, 2), False), ((0, 0, 2, -1), False)]
+        good = [(1, 1, 4, 3), (1.0, 1, 4, 3), (0, 0, WIDTH, HEIGHT)]
+        return [(value, True) for value in good] + [((0, 0, 0, 2), False), ((0, 0, 2, -1), False)]
     if "values" in option:
         between = [value + 1 for value in option["values"]]
         return [(value, True) for value in option["values"]] + [
