@@ -6,6 +6,7 @@
 #include <nanobind/stl/vector.h>
 
 #include <algorithm>
+#include <cmath>
 #include <functional>
 #include <stdexcept>
 
@@ -164,11 +165,12 @@ void Keywords::refuse(const char* name, nb::handle given, const char* kind) cons
 Value Keywords::value_of(const Option& option, nb::handle given) const {
     const auto read = [&]() -> std::optional<Value> {
         if (option.kind == Kind::number) {
-            const nb::object number = option.is_whole() ? nb::steal(PyNumber_Index(given.ptr())) : nb::borrow(given);
-            const double value = number.is_valid() ? PyFloat_AsDouble(number.ptr()) : -1;
-            if (PyErr_Occurred())
-                refuse(option.name, given, option.is_whole() ? "a whole number of 32 bits" : "a number");
-            return value;
+            const double number = PyFloat_AsDouble(given.ptr());
+            if (!PyErr_Occurred())
+                return number;
+            if (PyErr_ExceptionMatches(PyExc_OverflowError))
+                refuse(option.name, given, option.instead_of(HUGE_VAL).c_str());
+            return std::nullopt;
         }
         if (PyBool_Check(given.ptr()) && (option.kind == Kind::flag || option.kind == Kind::result))
             return given.is(nb::handle(Py_True));
@@ -195,9 +197,7 @@ Value Keywords::value_of(const Option& option, nb::handle given) const {
 std::string words_of(const std::vector<Option>& options) {
     std::string lines;
     for (const Option& option : options) {
-        const std::string limits = option.kind == Kind::number   ? option.range.limits()
-                                   : option.kind == Kind::choice ? option.accepted()
-                                                                 : "";
+        const std::string limits = option.kind == Kind::choice ? option.accepted() : option.limits();
         const std::string value = option.default_in_words();
         const std::string by_default = option.kind == Kind::result || option.required || value == "none"
                                            ? ""

@@ -127,6 +127,14 @@ CALLS = {
         lambda d, c: fathom.ssao(d, c, 0.3, slices=2**40),
         "slices = 1099511627776 must be a whole number from 1 to 64",
     ),
+    "half a slice": (
+        lambda d, c: fathom.ssao(d, c, 0.3, slices=2.5),
+        "slices = 2.5 must be a whole number from 1 to 64",
+    ),
+    "focus along a ray outside": (
+        lambda d, c: fathom.dof_masks(d, c, focus_along=(-1, 0, 2), f_stop=2, sensor_mm=36),
+        "pixel .-1, 0. lies outside the image of 96 x 64",
+    ),
     "region": (
         lambda d, c: fathom.ssao(d, c, 0.3, region=(90, 0, 10, 10)),
         "region 10 x 10 at .90, 0. does not lie in",
@@ -257,10 +265,10 @@ TYPES = {
     "missing": (lambda d, c: fathom.linearize(d), "linearize(): missing a required argument: 'camera'"),
     "too many": (lambda d, c: fathom.linearize(d, c, "inf"), "linearize(): too many positional arguments"),
     "no density": (lambda d, c: fathom.fog(d, c, d), "fog(): missing a required argument: 'density'"),
-    "text for a number": (lambda d, c: fathom.ssao(d, c, radius="big"), "ssao(): radius must be a number, not 'big'"),
+    "text for a number": (lambda d, c: fathom.ssao(d, c, radius="big"), "ssao(): radius must be a number above 0, not 'big'"),
     "a fraction": (
-        lambda d, c: fathom.ssao(d, c, 0.3, slices=2.5),
-        "ssao(): slices must be a whole number of 32 bits, not 2.5",
+        lambda d, c: fathom.ssao(d, c, 0.3, slices=10**400),
+        "ssao(): slices must be a whole number from 1 to 64, not 100000000000000000...0000000000000000000",
     ),
     "a number for a flag": (
         lambda d, c: fathom.ssao(d, c, 0.3, bent_normal=1),

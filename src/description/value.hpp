@@ -111,8 +111,9 @@ std::optional<Value> value_of(const Field& field) {
 inline std::optional<Value> value_of(Kind kind, const std::vector<double>& n) {
     const auto is_whole = [](double x) { return x == std::floor(x) && std::abs(x) <= 0x7fffffff; };
     const auto whole = [&](std::size_t i) { return static_cast<int>(n[i]); };
-    const auto& [name, words, parts, wholes] = said_of(kind);
-    if (n.empty() || n.size() != said_of(kind).count() || !std::all_of(n.begin(), n.begin() + wholes, is_whole))
+    const SaidOfKind& said = said_of(kind);
+    if (n.empty() || n.size() != said.count() ||
+        !std::all_of(n.begin(), n.begin() + static_cast<std::ptrdiff_t>(said.whole), is_whole))
         return std::nullopt;
     if (kind == Kind::pixel)
         return LensArguments::Pixel{whole(0), whole(1)};
@@ -156,6 +157,11 @@ struct Accepts {
         return kind == Kind::number   ? range.in_words()
                : kind == Kind::choice ? description::in_words(choices())
                                       : description::in_words(kind);
+    }
+
+    /// The same beside a type that says whether it is one number, several or a word.
+    std::string limits() const {
+        return kind == Kind::number ? range.limits() : said_of(kind).count() > 0 ? description::in_words(kind) : "";
     }
 
     bool accepts(const Value& value) const {

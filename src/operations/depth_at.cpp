@@ -3,6 +3,7 @@
 #include <fathom/linearize.hpp>
 
 #include "camera/form.hpp"
+#include "operations/parameters.hpp"
 #include "require.hpp"
 
 #include <cmath>
@@ -10,8 +11,7 @@
 namespace fathom {
 
 double depth_at(const StoredDepth& stored, int x, int y) {
-    require(x >= 0 && y >= 0 && x < stored.image.width() && y < stored.image.height(), "pixel (", x, ", ", y,
-            ") lies outside the image of ", stored.image.width(), " x ", stored.image.height());
+    check_pixel(stored, x, y);
     float depth;
     linearize(stored.region(x, y, 1, 1), {.as = has_plane_in_focus(stored.camera) ? Along::axis : Along::ray})
         .image.download(&depth);

@@ -169,6 +169,12 @@ params::ray_params ray_parameters(const Rays& rays, Arithmetic arithmetic) {
     return p;
 }
 
+void check_pixel(const StoredDepth& stored, int x, int y) {
+    const ImageSize size{stored.image.width(), stored.image.height()};
+    require(x >= 0 && y >= 0 && x < size.width && y < size.height, "pixel (", x, ", ", y,
+            ") lies outside the image of ", size);
+}
+
 void check_stored(const StoredDepth& stored) {
     const Image& image = stored.image;
     if (!image)

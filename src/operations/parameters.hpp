@@ -38,6 +38,9 @@ params::ray_params ray_parameters(const Rays& rays, Arithmetic arithmetic);
 /// Throws: std::invalid_argument naming both.
 void check_stored(const StoredDepth& stored);
 
+/// Throws: std::invalid_argument for a pixel outside the image.
+void check_pixel(const StoredDepth& stored, int x, int y);
+
 /// An image of a call, as messages name it.
 struct NamedImage {
     const char* name;

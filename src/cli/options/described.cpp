@@ -62,7 +62,7 @@ std::string refusal(const Options& options, const std::string& text) {
 }
 
 std::string meaning(const Option& option) {
-    std::string more = option.kind == Kind::number ? option.range.limits() : "";
+    std::string more = option.limits();
     if (!option.required)
         more += (more.empty() ? "default: " : "; default: ") + option.default_in_words();
     return more.empty() ? option.words : fmt::format("{} ({})", option.words, more);
