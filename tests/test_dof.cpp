@@ -1214,8 +1214,8 @@ TEST_CASE("dof: options out of range and images that do not fit are refused", "[
 TEST_CASE("dof: rows from the bottom up turn nothing", "[dof]") {
     // Of two pixels equally near all but the fast quality take the upper one as what lies behind: their picture has none.
     const Stack edges{{left_of(-4, -20, 1), everywhere(12, [](double y) { return y > 3 ? 1.0 : 0.2; })}, 45};
-    const Picture two_edges = edges.picture(true);
-    for (const auto& [quality, picture] : {std::pair{Quality::balanced, two_edges}, {Quality::accurate, two_edges}}) {
+    const Picture picture = edges.picture(true);
+    for (const Quality quality : {Quality::balanced, Quality::accurate}) {
         const auto rows = static_cast<std::size_t>(picture.height);
         Picture upside_down = picture;
         for (std::size_t y = 0; y < rows; ++y) {

@@ -266,7 +266,7 @@ TEST_CASE("relative program: a shot of floats has one range, whichever frames ar
     for (const char* name : {"a.exr", "b.exr"})
         write_image(unnumbered / name, scene() * 8);
     const Outcome apart = run(joined(joined(masks, {unnumbered / "out/"}), {unnumbered / ""}));
-    CHECK(contains(apart.out, "each its own range"));
+    CHECK(contains(apart.out, "each by its own range"));
     CHECK(contains(apart.out, "--relative-range A,B"));
 
     const Outcome json =

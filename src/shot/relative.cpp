@@ -85,11 +85,11 @@ std::vector<std::string> find_ranges(const DepthOptions& options, std::vector<Jo
     }
     if (std::ranges::any_of(alone, [&](const std::string& file) { return holds_floats(file, options); }))
         said.push_back(fmt::format(
-            "{}  0 to 1 by {} own range, since no other name is like {}; if {} of a shot, give it one range with "
+            "{}  0 to 1{} by its own range, since no other name is like {}; if {} of a shot, give it one range with "
             "--relative-range A,B",
             fmt::format("{}", fmt::join(std::span(alone).first(std::min<std::size_t>(alone.size(), 3)), ", ")) +
                 (alone.size() > 3 ? fmt::format(" and {} more", alone.size() - 3) : ""),
-            alone.size() == 1 ? "its" : "each its", alone.size() == 1 ? "its" : "theirs",
+            alone.size() == 1 ? "" : ", each", alone.size() == 1 ? "its" : "theirs",
             alone.size() == 1 ? "it is a frame" : "they are frames"));
     return said;
 }
