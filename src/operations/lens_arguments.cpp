@@ -84,7 +84,7 @@ double focus_of(const LensArguments& lens, const StoredDepth& stored) {
         const auto& [pixel, distance] = *lens.focus_along;
         require(description::ray_distance.holds(distance), "focus_along = (", pixel.x, ", ", pixel.y, ", ", distance,
                 ") must be ", in_words(description::Kind::ray));
-        check_pixel(stored, pixel.x, pixel.y);
+        check_pixel({stored.camera.width, stored.camera.height}, pixel.x, pixel.y);
         return depth_along_ray(stored.camera, pixel.x + 0.5, pixel.y + 0.5, distance);
     }
     require(lens.focus.has_value(), "the lens has no focus");

@@ -169,8 +169,7 @@ params::ray_params ray_parameters(const Rays& rays, Arithmetic arithmetic) {
     return p;
 }
 
-void check_pixel(const StoredDepth& stored, int x, int y) {
-    const ImageSize size{stored.image.width(), stored.image.height()};
+void check_pixel(ImageSize size, int x, int y) {
     require(x >= 0 && y >= 0 && x < size.width && y < size.height, "pixel (", x, ", ", y,
             ") lies outside the image of ", size);
 }
