@@ -556,8 +556,8 @@ TEST_CASE("dof_masks: bad options are refused in one line", "[dof_masks]") {
     const Camera camera = window_camera(4, 3);
     const CircleOfConfusion circle{20, 140, 0, false};
     CHECK(message_of(circle, {}, camera) == "accepted");
-    CHECK(message_of({-1, 1, 0, false}, {}, camera) == "the circle's k = -1 must be a number from 0");
-    CHECK(message_of({1, infinity, 0, false}, {}, camera) == "the circle's g = inf must be a finite number from 0");
+    CHECK(message_of({-1, 1, 0, false}, {}, camera) == "circle = (-1, 1) must be two numbers from 0, k and g");
+    CHECK(message_of({1, infinity, 0, false}, {}, camera) == "circle = (1, inf) must be two numbers from 0, k and g");
     CHECK(message_of({1, 1, NAN, false}, {}, camera) == "the circle's lens_depth = nan must be finite");
     CHECK(message_of({1, 1, 0, true}, {}, camera) == "a telecentric circle does not belong to a perspective camera");
     Camera orthographic_camera = camera;

@@ -30,6 +30,8 @@ def _unfit(annotation: str, value: Any) -> str | None:
     if not all(kind in _TYPES for kind in kinds) or (optional and value is None):
         return None
     fits = isinstance(value, tuple(_TYPES[kind][0] for kind in kinds))
+    if fits and kinds == ["int"]:
+        fits = -(2**31) <= value < 2**31
     return None if fits else " or ".join(_TYPES[kind][1] for kind in kinds)
 
 

@@ -122,7 +122,7 @@ bool takes(nb::handle object, Array& array, const char* argument) {
                "its dtype is " + text_of(nb::str(nb::object(object.attr("dtype")))) +
                    ", which cannot be used as it lies; it must be float32, float16, uint32, uint16 or uint8 of "
                    "this machine's byte order");
-    refuse(argument, "a " + text_of(nb::type_name(object.type())) +
+    refuse(argument, text_of(nb::type_name(object.type())) +
                          " is no array; it must have the buffer protocol or DLPack, as NumPy's arrays have");
 }
 

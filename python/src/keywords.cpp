@@ -17,6 +17,12 @@ using description::Kind;
 using description::Option;
 using description::Value;
 
+// A value as a message shows it: on one line, and not longer than a line.
+std::string in_short(nb::handle value) {
+    const nb::object words = nb::module_::import_("reprlib").attr("repr")(value).attr("split")();
+    return text_of(nb::str(nb::str(" ").attr("join")(words)));
+}
+
 // What may be given for an option of several of its name.
 const char* kind_of(const Option& option) {
     switch (option.kind) {
@@ -157,9 +163,7 @@ void Keywords::refuse() const {
 
 void Keywords::refuse(const char* name, nb::handle given, const char* kind) const {
     PyErr_Clear();
-    const nb::object words = nb::module_::import_("reprlib").attr("repr")(given).attr("split")();
-    const std::string value = text_of(nb::str(nb::str(" ").attr("join")(words)));
-    throw nb::type_error(text(function_, "(): ", name, " must be ", kind, ", not ", value).c_str());
+    throw nb::type_error(text(function_, "(): ", name, " must be ", kind, ", not ", in_short(given)).c_str());
 }
 
 Value Keywords::value_of(const Option& option, nb::handle given) const {
@@ -182,7 +186,7 @@ Value Keywords::value_of(const Option& option, nb::handle given) const {
             if (PyUnicode_Check(given.ptr()) && PyUnicode_CompareWithASCIIString(given.ptr(), option.choices()[i]) == 0)
                 return i;
         throw std::invalid_argument(
-            text(option.name, " = ", text_of(nb::repr(given)), " is unknown; it is ", option.accepted()));
+            text(option.name, " = ", in_short(given), " is unknown; it is ", option.accepted()));
     }
     const std::optional<Value> value = read();
     if (!value)

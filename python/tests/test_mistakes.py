@@ -42,7 +42,7 @@ DEPTHS = {
         "depth: it holds uint8, which may be a picture; .*storage='uint8'",
     ),
     "a picture": (lambda d: numpy.zeros((HEIGHT, WIDTH, 3), numpy.uint8), "'bgr8-red-low'"),
-    "a list": (lambda d: d.tolist(), "depth: a list is no array"),
+    "a list": (lambda d: d.tolist(), "depth: list is no array"),
     "nothing": (lambda d: None, "depth"),
 }
 
@@ -270,6 +270,7 @@ TYPES = {
         lambda d, c: fathom.ssao(d, c, 0.3, slices=10**400),
         "ssao(): slices must be a whole number from 1 to 64, not 100000000000000000...0000000000000000000",
     ),
+    "65 bits": (lambda d, c: fathom.depth_at(d, c, 2**64, 0), "depth_at(): x must be a whole number of 32 bits, not 18446744073709551616"),
     "a number for a flag": (
         lambda d, c: fathom.ssao(d, c, 0.3, bent_normal=1),
         "ssao(): bent_normal must be True or False, not 1",

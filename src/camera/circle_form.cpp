@@ -44,8 +44,9 @@ bool is_constant(const Affine& row) {
 }
 
 void check_circle(const CircleOfConfusion& circle, const DepthForm& form) {
-    description::Check{}("the circle's k", static_cast<double>(circle.k), description::circle_numbers);
-    description::Check{}("the circle's g", static_cast<double>(circle.g), description::circle_numbers);
+    const description::Accepts two(description::Kind::lens);
+    require(two.accepts(circle), "circle = (", static_cast<double>(circle.k), ", ", static_cast<double>(circle.g),
+            ") must be ", two.accepted());
     require(std::isfinite(circle.lens_depth), "the circle's lens_depth = ", circle.lens_depth, " must be finite");
     require(circle.telecentric != form.perspective, circle.telecentric
                                                         ? "a telecentric circle does not belong to a perspective camera"

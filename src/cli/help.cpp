@@ -91,8 +91,8 @@ bool is_essential(const CLI::Option& option) {
     return option.get_required() || option.get_name() == "--camera" || option.get_name() == "--preset";
 }
 
-// Commands first, then the options in their groups, what is required first. The groups that are an operation's own come
-// before those that all operations share, and --help comes last.
+// Commands first, then what an operation requires of its own, then options in their groups: those of the operation before those
+// that all operations share, and --help last.
 std::vector<Section> sections_of(const CLI::App& app, bool all) {
     std::vector<Section> sections;
     for (const CLI::App* command : app.get_subcommands([](const CLI::App*) { return true; })) {
@@ -112,7 +112,8 @@ std::vector<Section> sections_of(const CLI::App& app, bool all) {
     std::ranges::stable_sort(
         options, {}, [&](const CLI::Option* option) { return std::pair(rank(*option), !option->get_required()); });
     for (const CLI::Option* option : options) {
-        const std::string& group = option->get_group();
+        const bool own = takes_frames(app) && rank(*option) == 0;
+        const std::string group = own && option->get_required() ? "Required" : option->get_group();
         const bool general = group == "Options";
         const bool left_out = !all && !general && shared.contains(option) && !is_essential(*option);
         if (left_out || option == app.get_help_all_ptr())

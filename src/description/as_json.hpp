@@ -74,8 +74,10 @@ inline nlohmann::ordered_json as_json(const Operation& operation,
     nlohmann::ordered_json options = nlohmann::ordered_json::array(), results = options;
     for (const std::vector<Option>* listed : {&operation.lens, &operation.options})
         for (const Option& option : *listed)
-            if (auto& json = options.emplace_back(as_json(option)); spelled)
+            if (auto& json = options.emplace_back(as_json(option)); spelled) {
                 json["program"] = spelled(option);
+                json["program_takes"] = option.is_image() || option.kind == Kind::result ? "a file" : option.accepted();
+            }
     for (const Result& result : operation.results_of(operation.make(nullptr).get(), {}))
         results.push_back(as_json(result));
     return {{"name", operation.name}, {"summary", operation.summary}, {"options", options}, {"results", results}};

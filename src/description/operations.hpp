@@ -47,7 +47,8 @@ struct Operation : Said {
     }
 };
 
-/// Fills in which options need and exclude others: images of one field belong together, and other fields of one variant do not.
+/// Fills in which options need and exclude others: images of one field belong together, and other fields of one variant do not, even
+/// those of one name.
 inline void relate(Operation& operation) {
     std::vector<Option*> all;
     for (std::vector<Option>* listed : {&operation.lens, &operation.options})
@@ -57,7 +58,7 @@ inline void relate(Operation& operation) {
                 if (&one != &other && one.offset == other.offset) {
                     if (one.alternative == other.alternative && one.is_image() && other.is_image())
                         one.needs.push_back(other.name);
-                    else if (one.alternative != other.alternative && one.name != std::string_view(other.name))
+                    else if (one.alternative != other.alternative)
                         one.excludes.push_back(other.name);
                 }
         }
@@ -83,13 +84,9 @@ inline void relate(Operation& operation) {
 inline std::string wrong_together(const Operation& operation, const std::vector<Given>& given,
                                   const std::function<std::string(const Option&)>& spelled) {
     for (const Given& one : given)
-        for (const Given& other : given) {
-            const bool is_alternative =
-                std::string_view(one.option->name) == other.option->name; // to a value of one name
-            if (one.option != other.option &&
-                (is_alternative || std::ranges::count(one.option->excludes, other.option->name) > 0))
+        for (const Given& other : given)
+            if (one.option != other.option && std::ranges::count(one.option->excludes, other.option->name) > 0)
                 return excluding(spelled(*other.option), spelled(*one.option));
-        }
     for (const auto& [option, value_given] : given) {
         std::vector<std::string> needs;
         bool has_one = option->needs.empty();

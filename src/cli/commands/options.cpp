@@ -50,7 +50,9 @@ extern const Command options_command{
     .notes =
         R"(Each option is shown as C++ and Python name it, then as the program spells it, unless a file says it there.
 With --json a default is a number, a word, yes or no, or a list; default_words has it in words. An option is of no use
-without one of those that it needs (space=world is one with this value), and refused beside one that it excludes.
+without one of those that it needs (space=world is one with this value), and refused beside one that it excludes: one
+that excludes its own name takes values of several kinds, of which you give one. program_takes is what the program
+accepts, where a file may bring the depth that belongs to a picture.
 
 Example:
   fathom options --json)",
