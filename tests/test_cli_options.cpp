@@ -57,6 +57,8 @@ std::vector<Value> values_for(const Option& option) {
             values.emplace_back(i);
         return values;
     }
+    case Kind::flag:
+        return {true, false};
     case Kind::lens:
         return {CircleOfConfusion{40, 180}, CircleOfConfusion{0, 0}, CircleOfConfusion{-1, 180},
                 CircleOfConfusion{40, -1}, CircleOfConfusion{HUGE_VAL, 180}};
@@ -81,6 +83,8 @@ bool is_held(const Option& option, const Value& value) {
 std::string in_words(const Option& option, const Value& value) {
     if (const auto* index = std::get_if<std::size_t>(&value))
         return *index < option.choices().size() ? option.choices()[*index] : "nonsense";
+    if (const auto* yes = std::get_if<bool>(&value))
+        return *yes ? "yes" : "no";
     if (const auto* circle = std::get_if<CircleOfConfusion>(&value))
         return fmt::format("{},{}", static_cast<double>(circle->k), static_cast<double>(circle->g));
     if (const auto* number = std::get_if<double>(&value))

@@ -224,9 +224,9 @@ TEST_CASE("program: --help has an example and the exit codes for every command")
 TEST_CASE("program: --help of an operation begins with its own options, and --help all has those of every operation") {
     const std::string own = run({"fog", "--help"}).out, all = run({"fog", "--help", "all"}).out;
     const auto place = [](const std::string& help, const std::string& text) { return help.find("\n" + text); };
-    CHECK(place(own, "Fog:\n      --density ") < place(own, "Input:\n  DEPTH..."));
+    CHECK(place(own, "Required:\n      --density ") < place(own, "Input:\n  DEPTH..."));
     CHECK(place(own, "      --color IMAGE") < place(own, "      --camera FILE"));
-    CHECK(place(all, "Fog:\n      --density ") < place(all, "Input:\n  DEPTH..."));
+    CHECK(place(all, "Required:\n      --density ") < place(all, "Input:\n  DEPTH..."));
     for (const char* option : {"--frames RANGE", "--compression ", "--strict", "--device DEVICE", "--channel NAME"}) {
         INFO(option);
         CHECK(own.find(option) == std::string::npos);

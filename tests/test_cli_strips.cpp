@@ -1,5 +1,6 @@
 // Images that go strip by strip: the bytes of every result, and every line that is said, are those of the image as a whole.
 #include "catch.hpp"
+#include "cli/options/described.hpp"
 #include "exr_files.hpp"
 #include "program.hpp"
 #include "tiff_files.hpp"
@@ -261,6 +262,30 @@ TEST_CASE("strips: operations that look around, and several results", "[cli][slo
     check("ssao", exr, {"--radius", "0.02"}); // background alone
     write_exr(exr, cv::Mat(depth.size(), CV_32FC1, cv::Scalar(std::numeric_limits<float>::quiet_NaN())));
     check_refused(check("ssao", exr, {"--radius", "0.02"}), 1, "all of its values are NaN");
+}
+
+TEST_CASE("strips: whatever operation is described, with its results", "[cli]") {
+    const Folder folder;
+    const std::string camera = camera_for(folder, R"(, "ao_distance": 0.02)"),
+                      exr = write_exr(folder / "depth.exr", surfaces(29, 300)),
+                      light = write_exr(folder / "color.exr", cv::Mat(300, 29, CV_32FC3, cv::Scalar(0.25, 0.5, 2)));
+    for (const description::Operation& operation : description::operations()) {
+        std::string name = operation.name;
+        std::ranges::replace(name, '_', '-');
+        Arguments command{name, exr, "--camera", camera}, outputs{"-o"};
+        if (!operation.lens.empty())
+            command = joined(command, {"--circle", "40,300"});
+        for (const description::Option& option : operation.options)
+            if (option.required)
+                command = joined(command, {cli::spelled(option), option.is_image() ? light : "0.05"});
+        const std::shared_ptr<void> call = operation.make(nullptr);
+        for (const description::Result& result : operation.results_of(call.get(), {})) {
+            const std::string spelled = cli::spelled(result.name);
+            if (!result.wanted && !spelled.empty() && std::string_view(result.shape.sides) == "H, W")
+                outputs.push_back(spelled);
+        }
+        check_same(folder, command, ".exr", outputs);
+    }
 }
 
 TEST_CASE("strips: pixels that do not count", "[cli]") {

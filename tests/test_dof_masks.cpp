@@ -580,6 +580,6 @@ TEST_CASE("dof_masks: the depth under a pixel is what to focus on", "[dof_masks]
     CHECK(depth_at(stored, 0, 1) == 4);
     CHECK(depth_at(stored, 1, 1) == infinity);
     CHECK_THROWS_WITH(depth_at(stored, 2, 1), "pixel (2, 1) is invalid: it has no depth to focus on");
-    CHECK_THROWS_WITH(depth_at(stored, 3, 0), "pixel (3, 0) lies outside the image of 3 x 2");
-    CHECK_THROWS_WITH(depth_at(stored, 0, -1), "pixel (0, -1) lies outside the image of 3 x 2");
+    CHECK_THROWS_WITH(depth_at(stored, 3, 0), "pixel = (3, 0) lies outside the image of 3 x 2");
+    CHECK_THROWS_WITH(depth_at(stored, 0, -1), "pixel = (0, -1) lies outside the image of 3 x 2");
 }

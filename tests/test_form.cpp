@@ -361,9 +361,9 @@ TEST_CASE("form: a camera that cannot be decoded says why", "[form]") {
     says([](Camera& c) { c.encoding = Encoding::pseudo_linear, c.far_plane.reset(); },
          "the pseudo-linear encoding needs far");
     says([](Camera& c) { c.encoding = Encoding::median, c.median.reset(); }, "the median encoding needs median");
-    says([](Camera& c) { c.encoding = Encoding::median, c.median = -1; }, "median = -1 must be greater than 0");
-    says([](Camera& c) { c.encoding = Encoding::logarithmic, c.log_c = 0; }, "log_c = 0 must be greater than 0");
-    says([](Camera& c) { c.encoding = Encoding::logarithmic, c.far_plane = 0; }, "far = 0 must be greater than 0");
+    says([](Camera& c) { c.encoding = Encoding::median, c.median = -1; }, "median = -1 must be above 0");
+    says([](Camera& c) { c.encoding = Encoding::logarithmic, c.log_c = 0; }, "log_c = 0 must be above 0");
+    says([](Camera& c) { c.encoding = Encoding::logarithmic, c.far_plane = 0; }, "far = 0 must be above 0");
     says([](Camera& c) { c.encoding = Encoding::exponential, c.near_plane = 0; }, "must satisfy 0 < near < far");
     says([](Camera& c) { c.projection.matrix.row(2) = c.projection.matrix.row(3); }, "the projection is singular");
 }

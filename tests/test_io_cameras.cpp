@@ -766,7 +766,7 @@ TEST_CASE("cameras: COLMAP's damaged files", "[io][cameras]") {
     check_says(with_camera(99, {1}), {"model number 99"});
     check_says(with_camera(-1, {1}), {"model number -1"});
     check_says(with_camera(1, {std::nan(""), 1, 1, 1}), {"PINHOLE", "not finite"});
-    check_says(with_camera(1, {-5, 510, 322, 238}), {"fx = -5", "greater than 0"});
+    check_says(with_camera(1, {-5, 510, 322, 238}), {"fx = -5", "above 0"});
     check_says(with_camera(7, {500, 500, 322, 238, 0.9}), {"FOV with a lens distortion", "colmap image_undistorter"});
     Colmap other;
     other.image(7, "a.jpg", Eigen::Quaterniond::Identity(), Vector3d(1, 2, 3));

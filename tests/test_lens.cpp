@@ -271,9 +271,9 @@ TEST_CASE("lens: what is no lens is refused in one line", "[lens]") {
           "orthographic rays have no focal length: the lens needs focal_length_mm for its aperture");
     CHECK_THROWS_WITH(hyperfocal_distance(good, orthographic_camera(), 1),
                       "orthographic rays have no hyperfocal distance: their circles grow without end");
-    CHECK_THROWS_WITH(hyperfocal_distance(good, camera, 0), "acceptable_px = 0 must be a number greater than 0");
-    CHECK_THROWS_WITH(sharp_range({20, 140, 0, false}, NAN), "acceptable_px = nan must be a number greater than 0");
-    CHECK_THROWS_WITH(depth_along_ray(camera, 1, 1, 0), "distance = 0 must be greater than 0");
+    CHECK_THROWS_WITH(hyperfocal_distance(good, camera, 0), "acceptable_px = 0 must be a number above 0");
+    CHECK_THROWS_WITH(sharp_range({20, 140, 0, false}, NAN), "acceptable_px = nan must be a number above 0");
+    CHECK_THROWS_WITH(depth_along_ray(camera, 1, 1, 0), "distance = 0 must be above 0");
     CHECK_THROWS_AS(depth_along_ray(camera, 1, 1, NAN), std::invalid_argument);
 }
 

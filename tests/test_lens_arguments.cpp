@@ -66,7 +66,7 @@ TEST_CASE("lens arguments: what is missing is refused by its name", "[lens_argum
             "circle and mm_per_unit exclude each other: give one of the two");
     LensDefaults impossible;
     impossible.f_stop = -1;
-    refused({.focus = 2}, impossible, "the camera: \"f_stop\" is -1, which no lens has; it must be above 0");
+    refused({.focus = 2}, impossible, "the camera: \"f_stop\" is -1; it must be a number above 0, or inf");
     refused({.focus = 0.04, .f_stop = 2, .focal_length_mm = 50}, none,
             "focus: 0.04 is 40 mm, within the focal length of 50 mm; focus farther away, or say with mm_per_unit how "
             "long a "

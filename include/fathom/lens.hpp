@@ -71,7 +71,7 @@ PixelScale pixel_scale(const Camera& camera);
 ///   k = A · (pixels per unit)      orthographic camera, which needs the focal length for A
 /// and g = k S, finite for a focus at infinity too; g = k/S for an orthographic camera.
 /// Throws: std::invalid_argument unless f_stop > 0, focal_length_mm, sensor_mm and mm_per_unit are finite and
-/// greater than 0, the focus is farther from the lens than the focal length, and the lens is known; NaN is none of these.
+/// above 0, the focus is farther from the lens than the focal length, and the lens is known; NaN is none of these.
 /// Source: Potmesil and Chakravarty 1981, eq. 1–4; telecentric as the limit of a far lens with a long focal length.
 CircleOfConfusion circle_of_confusion(const Lens& lens, const Camera& camera);
 
@@ -84,7 +84,7 @@ long double coc_at(const CircleOfConfusion& circle, long double z);
 std::optional<long double> depth_with_coc(const CircleOfConfusion& circle, long double diameter_px);
 
 /// The depths between which circles are at most `acceptable_px` wide: depth of field.
-/// Throws: std::invalid_argument unless acceptable_px is finite and greater than 0.
+/// Throws: std::invalid_argument unless acceptable_px is finite and above 0.
 SharpRange sharp_range(const CircleOfConfusion& circle, double acceptable_px);
 
 /// The nearest focus for which a circle is at most `acceptable_px` at infinity: f + f²/(N c) from the lens for a given
@@ -95,7 +95,7 @@ double hyperfocal_distance(const Lens& lens, const Camera& camera, double accept
 /// The depth of the point that lies `distance` away along the ray of pixel position (x, y), a pixel's centre being at +½:
 /// counted from the camera centre of a perspective, or from where orthographic rays cross z = 0. A lens focused there is sharp
 /// at that depth everywhere, and not at that distance. Infinity for infinity.
-/// Throws: std::invalid_argument for a distance that is NaN, or not greater than 0 under a perspective.
+/// Throws: std::invalid_argument for a distance that is NaN, or not above 0 under a perspective.
 double depth_along_ray(const Camera& camera, double x, double y, double distance);
 
 #pragma GCC visibility pop

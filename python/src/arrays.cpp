@@ -304,7 +304,7 @@ nb::object new_array(Element element, const Layout& layout) {
     void* data = runtime::allocate(bytes);
     if (!data)
         throw std::bad_alloc();
-    const nb::capsule owner(data, [](void* memory) noexcept { std::free(memory); });
+    const nb::capsule owner(data, [](void* memory) noexcept { runtime::give_back(memory); });
     const std::array<std::size_t, 3> shape{side(layout.height), side(layout.width), side(layout.channels)};
     return nb::cast(nb::ndarray<nb::numpy>(data, layout.channels == 1 ? 2 : 3, shape.data(), owner, nullptr,
                                            type_of(element).dtype),

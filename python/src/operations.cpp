@@ -86,11 +86,8 @@ std::string own_name(const Option& option) {
 void set_radius(const Bound& bound, void* made, const Given& given, const CameraObject& camera) {
     if (!bound.radius || std::ranges::count(given, bound.radius, &Given::value_type::first) > 0)
         return;
-    const std::optional<double>& length = camera.file().lens.ao_distance;
-    if (!length)
-        throw std::invalid_argument(
-            "radius: missing, and the camera has no \"ao_distance\"; give a length in scene units");
-    bound.operation.set(made, *bound.radius, *length);
+    bound.operation.set(made, *bound.radius,
+                        description::default_radius(camera.file().lens, "the camera", bound.radius->name));
 }
 
 // Colours are 0 to 1, also those of integers.

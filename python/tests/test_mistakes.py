@@ -133,11 +133,11 @@ CALLS = {
     ),
     "focus along a ray outside": (
         lambda d, c: fathom.dof_masks(d, c, focus_along=(-1, 0, 2), f_stop=2, sensor_mm=36),
-        "pixel .-1, 0. lies outside the image of 96 x 64",
+        "focus_along = .-1, 0. lies outside the image of 96 x 64",
     ),
     "region": (
         lambda d, c: fathom.ssao(d, c, 0.3, region=(90, 0, 10, 10)),
-        "region 10 x 10 at .90, 0. does not lie in",
+        "region = .90, 0, 10, 10. reaches beyond the image of",
     ),
     "no f_stop": (lambda d, c: fathom.dof_masks(d, c, focus=2), 'f_stop: missing, and the camera has no "f_stop"'),
     "no focus": (
@@ -216,7 +216,7 @@ CALLS = {
         ),
         "out.confidence: is given, but the call does not ask for this result",
     ),
-    "outside": (lambda d, c: fathom.depth_at(d, c, WIDTH, 0), "pixel .96, 0. lies outside the image of 96 x 64"),
+    "outside": (lambda d, c: fathom.depth_at(d, c, WIDTH, 0), "pixel = .96, 0. lies outside the image of 96 x 64"),
     "invalid": (lambda d, c: fathom.depth_at(d, c, 0, 0), "is invalid"),
     "a peak below white": (
         lambda d, c: fathom.restore_highlights(numpy.zeros((2, 2, 3), numpy.float32), 0.5),

@@ -405,14 +405,14 @@ DepthForm depth_form(const Camera& camera, Storage storage) {
     }
     case Encoding::median: {
         const Real median = needed(camera.median, "median", camera.encoding);
-        require(median > 0, "median = ", median, " must be greater than 0");
+        require(median > 0, "median = ", median, " must be above 0");
         set_rational(form, {median * u.slope, 0, 0, median * u.start}, {-u.slope, 0, 0, 1 - u.start});
         break;
     }
     case Encoding::logarithmic: {
         const Real far = needed(camera.far_plane, "far", camera.encoding), c = camera.log_c;
-        require(far > 0, "far = ", far, " must be greater than 0 for the logarithmic encoding");
-        require(std::isfinite(c) && c > 0, "log_c = ", c, " must be greater than 0");
+        require(far > 0, "far = ", far, " must be above 0 for the logarithmic encoding");
+        require(std::isfinite(c) && c > 0, "log_c = ", c, " must be above 0");
         set_exponential(form, u, std::log2(c * far + 1), 1 / c, 0);
         form.reason = "z grows exponentially with the stored logarithm";
         break;

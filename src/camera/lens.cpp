@@ -24,7 +24,7 @@ using Vector3 = Eigen::Matrix<Real, 3, 1>;
 constexpr Real infinity = std::numeric_limits<Real>::infinity();
 
 void require_length(double value, const char* key) {
-    require(std::isfinite(value) && value > 0, key, " = ", value, " must be a number greater than 0");
+    require(std::isfinite(value) && value > 0, key, " = ", value, " must be a number above 0");
 }
 
 void require_acceptable(double acceptable_px) {
@@ -153,15 +153,14 @@ double hyperfocal_distance(const Lens& lens, const Camera& camera, double accept
 
 double depth_along_ray(const Camera& camera, double x, double y, double distance) {
     if (camera.lens) {
-        require(distance > 0, "distance = ", distance, " must be greater than 0");
+        require(distance > 0, "distance = ", distance, " must be above 0");
         const lens::CameraLens lens(camera);
         const auto ray = lens.direction(x, y);
         require(ray.has_value(), "pixel position (", x, ", ", y, ") has no ray");
         return has_plane_in_focus(camera) ? distance * lens.ahead(*ray) : distance;
     }
     const CentreRays rays = centre_rays(camera_rays(camera));
-    require(!std::isnan(distance) && (!rays.perspective || distance > 0), "distance = ", distance,
-            " must be greater than 0");
+    require(!std::isnan(distance) && (!rays.perspective || distance > 0), "distance = ", distance, " must be above 0");
     const Vector3 pixel(x, y, 1), direction = rays.direction * pixel;
     const Real ahead = rays.depth.dot(pixel) / direction.norm();
     require(ahead > 0, "the ray of pixel position (", x, ", ", y, ") does not point ahead");

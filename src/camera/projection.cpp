@@ -50,7 +50,7 @@ void require_edges(const FrustumEdges& edges) {
 
 void require_perspective_span(const DepthSpan& span) {
     require(std::isfinite(span.near_plane) && span.near_plane > 0, "near = ", span.near_plane,
-            " must be greater than 0 for a perspective");
+            " must be above 0 for a perspective");
     require(span.far_plane > span.near_plane, "far = ", span.far_plane,
             " must be greater than near = ", span.near_plane);
 }
@@ -110,7 +110,7 @@ Projection::ThirdRow Projection::third_row() const {
 
 Projection perspective(double fov_y, double aspect, DepthSpan span, Convention convention) {
     require(fov_y > 0 && fov_y < std::numbers::pi, "fov_y = ", fov_y, " must lie between 0 and pi radians");
-    require(std::isfinite(aspect) && aspect > 0, "aspect = ", aspect, " must be greater than 0");
+    require(std::isfinite(aspect) && aspect > 0, "aspect = ", aspect, " must be above 0");
     const Real slope = std::tan(static_cast<Real>(fov_y) / 2);
     return perspective_from_slopes(-slope * aspect, slope * aspect, -slope, slope, span, convention);
 }
@@ -127,7 +127,7 @@ Projection perspective(Intrinsics intrinsics, DepthSpan span, Convention convent
     const Intrinsics& k = intrinsics;
     require(
         std::isfinite(k.fx) && k.fx > 0 && std::isfinite(k.fy) && k.fy > 0, "fx = ", k.fx, " and fy = ", k.fy,
-        " must be greater than 0",
+        " must be above 0",
         k.fx < 0 && k.fy > 0
             ? "; below 0, fx says that the image is mirrored: flip it, take width - cx for cx, and leave the sign out"
         : k.fx > 0 && k.fy < 0 ? "; below 0, fy says that y points up: leave its sign out and say \"view_axes\": "

@@ -235,7 +235,7 @@ void smooth_steps(std::span<float> values, int width, int height, double step) {
     require(width > 0 && height > 0 &&
                 values.size() == static_cast<std::size_t>(width) * static_cast<std::size_t>(height),
             values.size(), " values are not those of ", width, " x ", height, " pixels");
-    require(std::isfinite(step) && step > 0, "step = ", step, " must be finite and greater than 0");
+    require(std::isfinite(step) && step > 0, "step = ", step, " must be a number above 0");
     const Steps steps(values, width, height, step);
     std::vector<double> within(values.size());
     for (std::size_t i = 0; i < values.size(); ++i)

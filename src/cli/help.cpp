@@ -18,9 +18,12 @@ struct Row {
     std::string term, meaning;
 };
 
+// A terminal is at least that wide, and a longer term has its meaning below it.
+constexpr std::size_t columns = 80, longest_term = 24;
+
 // The words of a meaning in lines of one width.
 std::string below_each_other(const std::string& meaning, std::size_t indent) {
-    constexpr std::size_t most = 66;
+    const std::size_t most = columns - indent;
     const std::string next = '\n' + std::string(indent, ' ');
     std::string text;
     for (std::string line : CLI::detail::split(meaning, new_line)) {
@@ -47,12 +50,14 @@ std::string aligned(const std::vector<Section>& sections) {
     std::size_t width = 0;
     for (const Section& section : sections)
         for (const Row& row : section.rows)
-            width = std::max(width, row.term.size());
+            width = std::max(width, std::min(row.term.size(), longest_term));
     std::string text;
     for (const Section& section : sections) {
         text += "\n" + section.title + ":\n";
         for (const Row& row : section.rows)
-            text += fmt::format("  {:<{}}  {}\n", row.term, width, below_each_other(row.meaning, width + 4));
+            text += fmt::format("  {:<{}}{}{}\n", row.term, width,
+                                row.term.size() > width ? '\n' + std::string(width + 4, ' ') : "  ",
+                                below_each_other(row.meaning, width + 4));
     }
     return text;
 }

@@ -76,7 +76,9 @@ inline nlohmann::ordered_json as_json(const Operation& operation,
         for (const Option& option : *listed)
             if (auto& json = options.emplace_back(as_json(option)); spelled) {
                 json["program"] = spelled(option);
-                json["program_takes"] = option.is_image() || option.kind == Kind::result ? "a file" : option.accepted();
+                json["program_takes"] = option.is_image() || option.kind == Kind::result ? "a file"
+                                        : option.kind == Kind::flag ? "nothing, or =yes or =no" // behind its name
+                                                                    : option.accepted();
             }
     for (const Result& result : operation.results_of(operation.make(nullptr).get(), {}))
         results.push_back(as_json(result));

@@ -4,7 +4,13 @@
 #include "description/result.hpp"
 #include "description/value.hpp"
 
+#include "require.hpp"
+
+#include <fathom/lens.hpp>
 #include <fathom/ssao.hpp>
+
+#include <optional>
+#include <string>
 
 namespace fathom::description {
 
@@ -53,6 +59,16 @@ void describe(const Visitor& v, Options& o) {
       "the part that is computed, pixels: results have its size. Samples still come from the whole image");
     v("bent_normal", o.bent_normal, a_result);
     v("confidence", o.confidence, a_result);
+}
+
+/// The radius that a camera has for want of another. Throws: std::invalid_argument naming the camera or the option.
+inline double default_radius(const LensDefaults& defaults, const std::string& camera, const std::string& option) {
+    const std::optional<double>& radius = defaults.ao_distance;
+    require(radius.has_value(), option, ": missing, and ", camera,
+            " has no \"ao_distance\"; give a length in scene units");
+    require(ssao_radius.holds(*radius), camera, ": \"ao_distance\" is ", *radius, "; it must be ",
+            ssao_radius.instead_of(*radius), ", or give ", option);
+    return *radius;
 }
 
 struct SsaoCall {

@@ -83,7 +83,7 @@ void check(const LensModel& model) {
     for (const double each : model.k)
         require(std::isfinite(each), "a coefficient of the lens ", name, " is ", each, "; it must be finite");
     for (const auto& [key, value] : {std::pair{"fx", model.fx}, {"fy", model.fy}})
-        require(std::isfinite(value) && value > 0, "the lens's ", key, " = ", value, " must be greater than 0");
+        require(std::isfinite(value) && value > 0, "the lens's ", key, " = ", value, " must be above 0");
     require(std::isfinite(model.cx) && std::isfinite(model.cy), "the lens's cx = ", model.cx, " and cy = ", model.cy,
             " must be finite");
     require((model.law == LensLaw::rays) == (model.map != nullptr), "the lens ", name,

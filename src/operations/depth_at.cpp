@@ -11,7 +11,7 @@
 namespace fathom {
 
 double depth_at(const StoredDepth& stored, int x, int y) {
-    check_pixel({stored.image.width(), stored.image.height()}, x, y);
+    check_pixel("pixel", size_of(stored.image), x, y);
     float depth;
     linearize(stored.region(x, y, 1, 1), {.as = has_plane_in_focus(stored.camera) ? Along::axis : Along::ray})
         .image.download(&depth);

@@ -6,12 +6,13 @@
 #include "camera/form.hpp"
 #include "description/check.hpp"
 #include "description/lens.hpp"
+#include "description/option.hpp"
 #include "operations/parameters.hpp"
 #include "require.hpp"
 
 #include <fathom/linearize.hpp>
 
-#include <cmath>
+#include <algorithm>
 #include <iomanip>
 
 namespace fathom {
@@ -43,19 +44,21 @@ LensArguments completed(LensArguments lens, const LensDefaults& defaults, const 
     check_exclusions(lens, words.option);
     if (lens.circle)
         return lens;
+    static const std::vector<description::Option> described = description::options_of(LensArguments{});
     const auto use_default = [&](std::optional<double>& value, const std::optional<double>& from_camera,
-                                 const char* key, bool infinity_will_do) {
+                                 const char* name, const char* key) {
         if (value || !from_camera)
             return;
-        require(*from_camera > 0 && (infinity_will_do || !std::isinf(*from_camera)), words.camera, ": \"", key,
-                "\" is ", seven_digits(*from_camera), ", which no lens has; it must be above 0");
+        const auto& its = *std::ranges::find(described, std::string_view(name), &description::Option::name);
+        require(its.accepts(*from_camera), words.camera, ": \"", key, "\" is ", seven_digits(*from_camera),
+                "; it must be ", its.instead_of(*from_camera));
         value = from_camera;
     };
     if (!elsewhere)
-        use_default(lens.focus, defaults.focus, "focus_distance", true);
-    use_default(lens.f_stop, defaults.f_stop, "f_stop", true);
-    use_default(lens.focal_length_mm, defaults.focal_length_mm, "lens_mm", false);
-    use_default(lens.sensor_mm, defaults.sensor_mm, "sensor_mm", false);
+        use_default(lens.focus, defaults.focus, "focus", "focus_distance");
+    use_default(lens.f_stop, defaults.f_stop, "f_stop", "f_stop");
+    use_default(lens.focal_length_mm, defaults.focal_length_mm, "focal_length_mm", "lens_mm");
+    use_default(lens.sensor_mm, defaults.sensor_mm, "sensor_mm", "sensor_mm");
     const auto need = [&](bool given, const char* name, const char* key, const std::string& what) {
         require(given, option(name), ": missing, and ", words.camera, " has no \"", key, "\"; give ", what,
                 is_empty ? ", or " + option("circle") + " instead of a lens" : "");
@@ -78,13 +81,16 @@ LensArguments completed(LensArguments lens, const LensDefaults& defaults, const 
 }
 
 double focus_of(const LensArguments& lens, const StoredDepth& stored) {
-    if (lens.focus_at)
-        return depth_at(stored, lens.focus_at->x, lens.focus_at->y);
+    if (lens.focus_at) {
+        const auto [x, y] = *lens.focus_at;
+        check_pixel("focus_at", size_of(stored.image), x, y);
+        return depth_at(stored, x, y);
+    }
     if (lens.focus_along) {
         const auto& [pixel, distance] = *lens.focus_along;
         require(description::ray_distance.holds(distance), "focus_along = (", pixel.x, ", ", pixel.y, ", ", distance,
                 ") must be ", in_words(description::Kind::ray));
-        check_pixel({stored.camera.width, stored.camera.height}, pixel.x, pixel.y);
+        check_pixel("focus_along", {stored.camera.width, stored.camera.height}, pixel.x, pixel.y);
         return depth_along_ray(stored.camera, pixel.x + 0.5, pixel.y + 0.5, distance);
     }
     require(lens.focus.has_value(), "the lens has no focus");

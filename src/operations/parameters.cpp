@@ -77,10 +77,6 @@ bool depends_on_pixel(const Affine& row) {
     return row[1] != 0 || row[2] != 0;
 }
 
-ImageSize size_of(const Image& image) {
-    return {image.width(), image.height()};
-}
-
 // What a pixel holds, in a message: "3 bytes".
 struct Elements {
     Element element;
@@ -169,8 +165,12 @@ params::ray_params ray_parameters(const Rays& rays, Arithmetic arithmetic) {
     return p;
 }
 
-void check_pixel(ImageSize size, int x, int y) {
-    require(x >= 0 && y >= 0 && x < size.width && y < size.height, "pixel (", x, ", ", y,
+ImageSize size_of(const Image& image) {
+    return {image.width(), image.height()};
+}
+
+void check_pixel(const char* name, ImageSize size, int x, int y) {
+    require(x >= 0 && y >= 0 && x < size.width && y < size.height, name, " = (", x, ", ", y,
             ") lies outside the image of ", size);
 }
 

@@ -38,8 +38,10 @@ params::ray_params ray_parameters(const Rays& rays, Arithmetic arithmetic);
 /// Throws: std::invalid_argument naming both.
 void check_stored(const StoredDepth& stored);
 
+ImageSize size_of(const Image& image);
+
 /// Throws: std::invalid_argument for a pixel outside an image of this size.
-void check_pixel(ImageSize size, int x, int y);
+void check_pixel(const char* name, ImageSize size, int x, int y);
 
 /// An image of a call, as messages name it.
 struct NamedImage {

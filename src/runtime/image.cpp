@@ -68,7 +68,7 @@ std::shared_ptr<_cl_mem> make_buffer(const Device& device, cl_mem_flags flags, s
 }
 
 void CL_CALLBACK free_memory(cl_mem, void* memory) {
-    std::free(memory);
+    runtime::give_back(memory);
 }
 
 // Memory of the device's own. A CPU's is allocated here, since the driver's lies in small pages.
@@ -76,7 +76,7 @@ std::shared_ptr<_cl_mem> make_own(const Device& device, std::size_t size) {
     if (!device.info().cpu)
         return make_buffer(device, CL_MEM_READ_WRITE, size, nullptr);
     // Declared before the buffer, so that it outlives it.
-    std::unique_ptr<void, decltype(&std::free)> memory(runtime::allocate(size), std::free);
+    std::unique_ptr<void, decltype(&runtime::give_back)> memory(runtime::allocate(size), runtime::give_back);
     if (!memory)
         throw Error(text(device.info().name, " has no room for ", size, " bytes"));
     auto buffer = make_buffer(device, CL_MEM_READ_WRITE | CL_MEM_USE_HOST_PTR, size, memory.get());

@@ -91,6 +91,8 @@ void add_blur_options(CLI::App& app, DofOptions& dof) {
 DepthFile clean_plate_depth_of(const std::filesystem::path& file, const DofArguments& options, const Job& job) {
     DepthFile depth;
     try {
+        if (!options.clean_plate_depth && list_channels(file).size() < 2) // which are the picture's
+            throw Error(file.native() + ": holds a picture only");
         depth = read_depth(
             file, {.channel = options.channel, .packing = options.packing, .overscan = has_overscan(job.windows)});
     } catch (const Error& error) {
@@ -168,14 +170,12 @@ std::function<int()> configure_dof(CLI::App& app) {
     add_lens_options(app, options->lens);
     add_blur_options(app, options->dof);
     add_explain(app, options->explain, "Blur");
-    const auto within = [](const description::Range& range) {
-        return is_a_number(range.in_words().substr(2), [=](double n) { return range.holds(n); });
-    };
     app.add_option("--highlights", options->highlights,
                    "how many times brighter than white a white is taken to be, which\n"
-                   "a photograph has cut off (default: 1; try 1.05 for a JPEG)")
+                   "a photograph has cut off (" +
+                       description::highlights.limits() + "; default: 1; try 1.05 for a JPEG)")
         ->type_name("X")
-        ->check(within(description::highlights))
+        ->check(is_in(description::highlights))
         ->group("Blur");
     add_enum_option(app, "--invalid", options->fill, {{"keep", false}, {"fill", true}},
                     "pixels without a depth keep the picture where no blur reaches\n"
@@ -186,7 +186,7 @@ std::function<int()> configure_dof(CLI::App& app) {
                    "blur, for depth that is soft or lies beside its picture's edges,\n" +
                        description::grown_pixels.limits() + " (default: 0; with --relative: 1)")
         ->type_name("N")
-        ->check(within(description::grown_pixels))
+        ->check(is_in(description::grown_pixels))
         ->group("Blur");
     add_relative_options(app, options->relative);
     options->camera.or_relative = true;

@@ -48,13 +48,11 @@ void add_occlusion_options(CLI::App& app, SsaoArguments& options) {
 
 // The radius that a camera file of this name has.
 double default_radius(const CameraFile& camera, const std::string& name) {
-    const std::optional<double> distance = camera.lens.ao_distance;
-    if (!distance)
-        throw UsageError("--radius: missing, and " + name + " has no \"ao_distance\"; give a length in scene units");
-    if (!(*distance > 0 && std::isfinite(*distance)))
-        throw UsageError(fmt::format("{}: \"ao_distance\" is {}, which is no length of a ray; give --radius", name,
-                                     number(*distance)));
-    return *distance;
+    try {
+        return description::default_radius(camera.lens, name, "--radius");
+    } catch (const std::invalid_argument& error) {
+        throw UsageError(error.what());
+    }
 }
 
 double radius_of(const SsaoArguments& options, const Job& job) {

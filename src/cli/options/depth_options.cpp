@@ -17,6 +17,8 @@
 namespace fathom::cli {
 namespace {
 
+constexpr description::Range thread_counts = description::whole(1, 4096), scales = description::above(0);
+
 // "8G" as a number of bytes; nothing for what is no size.
 std::optional<std::size_t> bytes_of(std::string text) {
     constexpr std::string_view units = "KMGT";
@@ -43,13 +45,13 @@ CLI::Validator is_one_of(const std::vector<std::string>& names) {
         "");
 }
 
-CLI::Validator is_a_number(const std::string& kind, const std::function<bool(double)>& accepted) {
+CLI::Validator is_in(const description::Range& range) {
     return CLI::Validator(
-        [kind, accepted](std::string& text) {
+        [range](std::string& text) {
             double value = 0;
-            if (CLI::detail::lexical_cast(text, value) && std::isfinite(value) && accepted(value))
+            if (CLI::detail::lexical_cast(text, value) && range.holds(value))
                 return std::string();
-            return "'" + text + "' will not do; it is a " + (std::isinf(value) ? "finite " : "") + kind;
+            return "'" + text + "' will not do; it is " + range.instead_of(value);
         },
         "");
 }
@@ -115,10 +117,9 @@ void add_device_options(CLI::App& app, DeviceOption& device) {
                "where to compute: cpu, gpu, or an index or part of a name\n"
                "as `fathom devices` lists them (default: a GPU if there is one)");
     add_option(app, "Device", "--threads", "N", device.threads,
-               "how many threads work at once: those of a CPU device (PoCL), or\nthose that read and write "
-               "(default: all cores)")
-        ->check(is_a_number("whole number from 1 to 4096",
-                            [](double n) { return n == std::floor(n) && n >= 1 && n <= 4096; }));
+               "how many threads work at once: those of a CPU device (PoCL), or\nthose that read and write (" +
+                   thread_counts.limits() + "; default: all cores)")
+        ->check(is_in(thread_counts));
 }
 
 namespace {
@@ -151,7 +152,7 @@ void add_ignore_options(CLI::App& app, DepthOptions& options) {
         app, "Input", "--ignore-below", "T", [&options](double below) { options.ignore_below = below; },
         "FILE is an alpha or a confidence: pixels below T do not count. An\n"
         "alpha is 0 to 1; other integers are as stored, or 0 to 1 if T < 1")
-        ->check(is_a_number("number", [](double) { return true; }))
+        ->check(is_in(description::any_number))
         ->needs(ignore);
     const auto limits = [](const std::string& text) {
         std::array<double, 2> ends{NAN, NAN};
@@ -233,8 +234,8 @@ void add_depth_options(CLI::App& app, DepthOptions& options, const Product& prod
     if (!product.png_scale)
         add_option(
             app, "Output", "--png-scale", "S", [&options](double scale) { options.png_scale = scale; },
-            "write .png as round(value × S × 65535), 16 bits")
-            ->check(is_a_number("number above 0", [](double scale) { return scale > 0; }));
+            "write .png as round(value × S × 65535), 16 bits (" + scales.limits() + ")")
+            ->check(is_in(scales));
 
     app.add_flag("--append", options.append,
                  "write a copy of the input EXR that has the result beside its own\nchannels")

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "description/range.hpp"
 #include "shot/options.hpp"
 
 #include <CLI/CLI.hpp>
@@ -39,7 +40,7 @@ void add_device_options(CLI::App& app, DeviceOption& device);
 CLI::Validator is_one_of(const std::vector<std::string>& names);
 
 /// Refuses what is no finite number or is not accepted; `kind` says in words what is: "number above 0".
-CLI::Validator is_a_number(const std::string& kind, const std::function<bool(double)>& accepted);
+CLI::Validator is_in(const description::Range& range);
 
 /// Numbers between commas; none when there are others than `count`, or one is no number or not finite.
 std::vector<double> numbers_in(const std::string& text, std::size_t count);

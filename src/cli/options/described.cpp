@@ -78,8 +78,8 @@ CLI::Option* add(CLI::App& app, const Options& options, const SetOption& set) {
             words += fmt::format("{}{}: {}", new_line, type_name(one), one.words);
     }
     if (option.kind == Kind::flag)
-        return app.add_flag_callback(
-            name, [option, set] { set(option, true); }, words);
+        return app.add_flag_function(
+            name, [option, set](std::int64_t yes) { set(option, yes > 0); }, words);
     CLI::Option* added =
         app.add_option_function<std::string>(
                name,

@@ -16,6 +16,7 @@ namespace fathom::cli {
 namespace {
 
 constexpr const char* relative_group = "Relative depth";
+constexpr description::Range blurs = description::from(0);
 
 } // namespace
 
@@ -32,9 +33,12 @@ void add_relative_options(CLI::App& app, RelativeOptions& relative) {
     for (const char* other : {"--camera", "--preset", "--image", "--node", "--undistorted", "--focus", "--focus-along",
                               "--f-stop", "--focal-length-mm", "--sensor-mm", "--mm-per-unit", "--circle", "--valid"})
         order->excludes(other);
-    add_option(app, relative_group, "--blur-px", "N", relative.blur_px,
-               "circle, in pixels, where the depth is 1 more or less than at\nthe focus, of 0 to 1")
-        ->check(is_a_number("number from 0", [](double n) { return n >= 0; }))
+    add_option(
+        app, relative_group, "--blur-px", "N", relative.blur_px,
+        "pixels of the largest circle: that of the nearest value with the focus on the farthest one, or the other way "
+        "round (" +
+            blurs.limits() + ")")
+        ->check(is_in(blurs))
         ->needs(order);
     add_numbers_option(
         app, "--focus-range", "A,B", 2, [](const auto& n) { return n[0] >= 0 && n[0] <= n[1] && n[1] <= 1; },
