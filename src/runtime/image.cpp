@@ -192,8 +192,8 @@ Image Image::onto_host(const Device& device, Element element, void* data, Layout
 Image Image::region(int x, int y, int width, int height) const {
     require(buffer_ != nullptr, "a region of an Image that is none");
     if (x < 0 || y < 0 || width < 1 || height < 1 || x > layout_.width - width || y > layout_.height - height) {
-        throw std::invalid_argument(text("region ", width, " x ", height, " at (", x, ", ", y, ") does not lie in ",
-                                         layout_.width, " x ", layout_.height, " pixels"));
+        throw std::invalid_argument(text("region = (", x, ", ", y, ", ", width, ", ", height,
+                                         ") reaches beyond the image of ", layout_.width, " x ", layout_.height));
     }
     Image part = *this;
     part.offset_ += static_cast<std::size_t>(y) * layout_.row_stride +

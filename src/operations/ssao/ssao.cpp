@@ -83,12 +83,8 @@ void check(const StoredDepth& stored, double radius, const SsaoOptions& options)
                 "normals in the world need the camera's view matrix, and it has none");
     }
     if (options.region) {
-        const Region& r = *options.region;
-        const int width = stored.image.width(), height = stored.image.height();
-        require(r.x >= 0 && r.y >= 0 && r.width <= width && r.height <= height && r.x <= width - r.width &&
-                    r.y <= height - r.height,
-                "region = ", description::in_words(description::Value(r)), " reaches beyond the image of ",
-                size_of(stored.image));
+        const auto& [x, y, region_width, region_height] = *options.region;
+        static_cast<void>(stored.image.region(x, y, region_width, region_height)); // throws if it does not fit
     }
 }
 
