@@ -52,6 +52,10 @@ float inverse(double value) {
 // Distances grow with this power of their number.
 constexpr double tap_power = 1.5;
 
+// So few samples on so short a radius begin nearer the pixel, in steps: else, in a crease, some patterns pass over the other wall.
+constexpr int few_samples = 10;
+constexpr double few_samples_to_px = 32, few_shift = -0.1, few_spread = 0.75;
+
 // Samples grow from this radius on.
 constexpr double growth_from_px = 48;
 
@@ -103,11 +107,16 @@ private:
     static constexpr double golden = 0.618033988749895, plastic = 0.7548776662466927;
 
     std::vector<double> distances(double radius, int pattern, int number) const {
-        const double shifted = (rank(pattern, jitter_) * 5 % 16 + 0.5) / patterns + number * golden;
-        const double shift = jitter_ == 1 ? 0.5 : fraction(shifted);
+        const bool sparse = samples_ <= few_samples && radius <= few_samples_to_px;
+        const double shifted = (rank(pattern, jitter_) * (sparse ? 7 : 5) % 16 + 0.5) / patterns + number * golden;
+        const double shift = jitter_ == 1 ? 0.5
+                             : sparse     ? few_shift + few_spread * fraction(shifted)
+                                          : fraction(shifted);
         std::vector<double> distance{0};
-        for (int i = 0; i <= count(radius); ++i)
-            distance.push_back(std::max(i + 1.0, radius * std::pow((i + shift) / count(radius), tap_power)));
+        for (int i = 0; i <= count(radius); ++i) {
+            const double part = std::max(i + shift, 0.0) / count(radius);
+            distance.push_back(std::max(i + 1.0, radius * std::pow(part, tap_power)));
+        }
         return distance;
     }
 
