@@ -147,6 +147,13 @@ TEST_CASE("doubts: mistakes are told of an image and of a sample of it, and what
     check_told(camera_of(Encoding::view_z), host(sky, Storage::float32), "25 % of the pixels hold 1e+10");
     std::fill_n(sky.begin(), sky.size() / 4, std::numeric_limits<float>::infinity());
     check_silent(camera_of(Encoding::view_z), host(sky, Storage::float32));
+
+    Camera scaled = camera_of(Encoding::view_z); // whose file names a sky that the nearest float only comes close to
+    scaled.scale = 0.5;
+    std::fill_n(sky.begin(), sky.size() / 4, 1e20f);
+    check_told(scaled, host(sky, Storage::float32), "\"background_from\": 1e+20");
+    scaled.background = 1e20;
+    check_silent(scaled, host(sky, Storage::float32));
 }
 
 TEST_CASE("doubts: units that no source of metres or millimetres has are told", "[doubts]") {

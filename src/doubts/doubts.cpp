@@ -354,7 +354,8 @@ Doubt sky_doubt(const Subject& subject) {
     const bool known = subject.camera.encoding == Encoding::view_z && subject.camera.scale == 1;
     const double farthest = known ? static_cast<double>(look.farthest) : farthest_finite(subject),
                  value = subject.camera.scale < 0 ? -farthest : farthest;
-    if (!(farthest == 65504 || farthest >= 1e9) || subject.camera.background == value)
+    if (!(farthest == 65504 || farthest >= 1e9) ||
+        (subject.camera.background && static_cast<float>(*subject.camera.background) == static_cast<float>(value)))
         return std::nullopt;
     Camera counted = subject.camera;
     counted.background_from = value;
