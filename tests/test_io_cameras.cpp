@@ -480,6 +480,17 @@ TEST_CASE("cameras: OpenCV's calibration as cv::FileStorage writes it", "[io][ca
     CHECK(import_camera(file, {.preset = "kinect"}).camera.lens.value().k == std::vector<double>{0.1, -0.05, 0, 0, 0});
     const ImportedCamera undone = import_camera(file, {.preset = "kinect", .undistorted = true});
     CHECK((undone.camera.projection.matrix == made.camera.projection.matrix && !undone.camera.lens));
+
+    const fs::path listed = folder / "listed.yml"; // what yaml.dump and json.dump make of NumPy's lists
+    const std::string rows = "image_width: 640\nimage_height: 480\n"
+                             "camera_matrix: [[525.25, 0, 319.5], [0, 526.75, 240.125], [0, 0, 1]]\n";
+    put(listed, rows + "dist_coeff: [[0.1, -0.05, 0, 0, 0]]\n");
+    const Camera bent = import_camera(listed, {.preset = "kinect"}).camera;
+    CHECK(bent.projection.matrix == import_camera(file, {.preset = "kinect"}).camera.projection.matrix);
+    CHECK(bent.lens.value().k == std::vector<double>{0.1, -0.05, 0, 0, 0});
+    put(listed, "camera_matrix: [[525.25, 0, 319.5, 0], [526.75, 240.125], [0, 0, 1]]\n");
+    check_says([&] { import_camera(listed, {.preset = "kinect"}); }, {"camera_matrix", "rows of different lengths"});
+
     write(cv::Matx33d(525, 1, 319.5, 0, 525, 239.5, 0, 0, 1), {});
     check_says([&] { import_camera(file, {.preset = "kinect"}); }, {"camera_matrix", "skew"});
     write(cv::Matx33d(525, 0, 0, 0, 525, 0, 319.5, 239.5, 1), {});

@@ -44,14 +44,23 @@ YAML::Node value(const YAML::Node& map, std::initializer_list<const char*> keys)
     return YAML::Node(YAML::NodeType::Undefined);
 }
 
-/// The numbers of a list, or of a matrix with its rows, columns and data.
+/// The numbers of a list, of a list of rows, or of a matrix with its rows, columns and data.
 std::vector<double> numbers(const fs::path& file, const YAML::Node& node, const std::string& name) {
     const YAML::Node list = node.IsMap() ? node["data"] : node;
     if (!list || !list.IsSequence())
         refuse(file, "\"" + name + "\": must be a list of numbers, or a matrix with rows, cols and data");
     std::vector<double> all;
-    for (const YAML::Node& each : list)
+    const auto add = [&](const YAML::Node& each) {
         all.push_back(number(file, each, name + "[" + std::to_string(all.size()) + "]"));
+    };
+    for (const YAML::Node& each : list) {
+        if (each.IsSequence() && each.size() != list[0].size())
+            refuse(file, "\"" + name + "\": has rows of different lengths");
+        if (each.IsSequence())
+            std::ranges::for_each(each, add);
+        else
+            add(each);
+    }
     if (node.IsMap() && node["rows"] && node["cols"] &&
         number(file, node["rows"], name + ".rows") * number(file, node["cols"], name + ".cols") !=
             static_cast<double>(all.size()))
@@ -107,7 +116,7 @@ Imported import_opencv(const fs::path& file, const YAML::Node& map, const Import
     const auto lens = [&]() -> json {
         const YAML::Node is_fisheye = value(map, {"fisheye_model"});
         const bool fisheye = is_fisheye.IsDefined() && count(file, is_fisheye, "fisheye_model") != 0;
-        for (const char* key : {"distortion_coefficients", "distCoeffs", "dist_coeffs"})
+        for (const char* key : {"distortion_coefficients", "distCoeffs", "dist_coeffs", "dist_coeff", "dist"})
             if (const YAML::Node node = value(map, {key}); node.IsDefined() || fisheye) {
                 const auto k = node.IsDefined() ? numbers(file, node, key) : std::vector<double>(4);
                 return fisheye ? fisheye_lens(file, k, key) : opencv_lens(file, k, key);
