@@ -161,8 +161,9 @@ typedef struct {
     float centre_y[2];
     float error_constant, error_linear, error_quadratic;
     float noise; // standard deviation of q over |q|, besides
+    u32 rows;    // of the result
 } normal_params;
-PARAMS(normal_params, 68)
+PARAMS(normal_params, 72)
 
 // Invalid pixels around an image of inverse depth: columns before each row, which are also those behind the row before it,
 // and rows above and below. Kernels that look at neighbours need no case for the image's border.

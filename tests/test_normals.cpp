@@ -243,6 +243,9 @@ constexpr double sampling_error = 0.05;
 // towards that of the small window with the weight of one pixel, by a thousandth of a normal's error.
 constexpr double whole_windows = 0.95, drawn_deg = 0.02;
 
+// Slopes of floats are off by less than two roundings of the inverse depth a pixel, each, and a normal by that over a pixel's angle.
+const double sensor_rounding_deg = std::sqrt(2.0) * 2 * 0x1p-24 / (std::tan(0.45) / 540) / degree;
+
 constexpr int near_px = 2;        // from an edge
 constexpr double jump = 0.05;     // of the nearer z, at an edge
 constexpr double crease_deg = 20; // between two pixels' normals
@@ -437,6 +440,36 @@ TEST_CASE("normals: noise has every pixel of a plane's wide window count", "[nor
         const double fraction = static_cast<double>(same) / static_cast<double>(pixels);
         std::printf("normals with noise %g: window of radius %d, %.2f %% as by brute force, worst %.3f degrees\n",
                     noise, radius, 100 * fraction, worst);
+        CHECK(fraction >= whole_windows);
+    }
+}
+
+TEST_CASE("normals: every pixel of a coarse plane's window counts", "[normals]") {
+    Camera camera = sensor(120, 90);
+    camera.scale = 0.001;
+    constexpr int radius = normals_reach_least_squares;
+    for (const double tilt : {0.0, 0.3, 0.7}) {
+        const scene::Rendered truth = tilted_plane(camera, tilt);
+        std::vector<std::uint16_t> codes;
+        std::vector<float> depth;
+        for (const double z : truth.z) {
+            codes.push_back(static_cast<std::uint16_t>(std::lround(z * 1000)));
+            depth.push_back(static_cast<float>(codes.back() * camera.scale));
+        }
+        const Result result = normals_of(stored_of(codes, camera, Storage::uint16));
+        double worst = 0;
+        long same = 0, pixels = 0;
+        for (int y = radius; y < camera.height - radius; ++y)
+            for (int x = radius; x < camera.width - radius; ++x) {
+                const double off = angle_deg(result.at(x, y), brute_force(depth, camera, x, y, radius));
+                worst = std::max(worst, off);
+                same += off <= sensor_rounding_deg;
+                ++pixels;
+            }
+        const double fraction = static_cast<double>(same) / static_cast<double>(pixels);
+        std::printf(
+            "normals of a plane of millimetres, tilted by %.1f: %.2f %% as by brute force, worst %.3f degrees\n", tilt,
+            100 * fraction, worst);
         CHECK(fraction >= whole_windows);
     }
 }

@@ -9,8 +9,9 @@
 // There a plane's q bends by m uxx, m uyy ..., which are taken off the neighbours; see bent.h.
 // RADIUS 0: slopes as slope.h chooses them. Otherwise a plane is fitted to those pixels of the window that lie within the
 // stored values' rounding, and within a few standard deviations of a sensor's noise, of it: first in a small window, whose
-// slopes are good enough to tell the pixels of a wider one apart.
-// Built for: RADIUS = 0 3 5 8; ALONG = 0 1
+// slopes are good enough to tell the pixels of a wider one apart. Where all pixels of a window of radius 3 lie on their own plane,
+// it is the result: lines through the windows' rows, which ROWS pixels below each other share, then give it at once.
+// Built for: RADIUS = 0 3 5 8; ALONG = 0 1; ROWS = 1 8
 
 #include "params.h"
 #include "camera/patch.h"
@@ -18,11 +19,16 @@
 #include "store.h"
 #include "camera/window.h"
 #include "normals/bent.h"
+#include "normals/whole.h"
 
 #if !defined(RADIUS) || RADIUS < 0 || RADIUS > 16
 #error "RADIUS is not defined: 0 for slopes of the nearest neighbours, or how far the window reaches, up to the margin's columns"
 #endif
-#define SMALL_RADIUS 3 // no more than depth_margin_rows
+#define SMALL_RADIUS WHOLE_RADIUS
+#define BY_ROWS (RADIUS == WHOLE_RADIUS && !LENS)
+#if !defined(ROWS) || ROWS < 1 || (ROWS > 1 && !BY_ROWS)
+#error "ROWS is not defined: the pixels below each other of a work-item, more than 1 only for a RADIUS of 3 without a lens"
+#endif
 
 // What errors of one bound each make of the slope of five pixels in a row, sum |x| / sum x^2, and of that of seven.
 #define GUESS_ERROR 0.6f
@@ -36,11 +42,9 @@
 #define GUESS_SLOPE_NOISE 0.5f
 #define FIT_NOISE 4.0f
 #define FIT_SLOPE_NOISE 0.1f
-
-// A plane about the pixel: its inverse depth there, and its slopes.
-typedef struct {
-    floatV q, gx, gy;
-} plane;
+// How far a pixel may lie off the plane of its whole window, in bounds of its error: between what the fit takes at the centre, 2,
+// and in a corner, 4.6. With more, bends of a few pixels count as rounding; with 2, terrain takes a quarter longer.
+#define WHOLE_ERROR 2.4f
 
 // `bend`: of the plane that is looked for.
 INLINE void nearest_plane(const window* w, floatV error, const bend* b, plane* p) {
@@ -97,6 +101,16 @@ INLINE void refit(const window* w, const int radius, int first, int last, floatV
     p->gx += cx;
     p->gy += cy;
 }
+
+// The plane of the window's pixels, from that of the nearest ones.
+INLINE void fit(const window* w, const grid_params* grid, uint y, floatV deviation, floatV error, const bend* b, plane* p) {
+    refit(w, SMALL_RADIUS, -SMALL_RADIUS, SMALL_RADIUS, fma((floatV)GUESS_NOISE, deviation, 2.0f * error),
+          fma((floatV)GUESS_SLOPE_NOISE, deviation, GUESS_ERROR * error), b, p);
+    const int first = RADIUS > depth_margin_rows ? -(int)y - depth_margin_rows : -RADIUS;
+    const int last = RADIUS > depth_margin_rows ? (int)(grid->height - 1 - y) + depth_margin_rows : RADIUS;
+    refit(w, RADIUS, first, last, fma((floatV)FIT_NOISE, deviation, 2.0f * error),
+          fma((floatV)FIT_SLOPE_NOISE, deviation, FIT_ERROR * error), b, p);
+}
 #endif
 
 #if !LENS
@@ -108,74 +122,93 @@ INLINE floatV component(const normal_params* p, int i, const plane* plane, float
 
 KERNEL void normals(__global const float* source, __global float* target, const grid_params grid,
                       const normal_params p LENS_ARGUMENTS) {
-    const uint x = first_column(grid.x_begin, grid.x_end);
-    const uint made = get_global_id(1), y = grid.y_begin + made;
-    if (x >= grid.x_end || y >= grid.height)
+    const uint x = first_column(grid.x_begin, grid.x_end), begin = get_global_id(1) * ROWS;
+    if (x >= grid.x_end || begin >= p.rows)
         return;
-
-    const window w = window_at(source, &grid, (int)x, (int)y);
-    READ_AHEAD(w.here + 2 * w.stride);
-    const floatV q = neighbour(&w, 0, 0), size = fabs(q);
+    const uint rows = ROWS == 1 ? 1 : min((uint)ROWS, p.rows - begin);
+#if BY_ROWS
+    line lines[ROWS + 2 * WHOLE_RADIUS];
+    const window top = window_at(source, &grid, (int)x, (int)(grid.y_begin + begin) - WHOLE_RADIUS);
+    for (uint i = 0; i < rows + 2 * WHOLE_RADIUS; ++i) {
+        READ_AHEAD(top.here + i * top.stride);
+        lines[i] = line_of_row(&top, (int)i);
+    }
+#endif
+    for (uint i = 0; i < rows; ++i) {
+        const uint made = begin + i, y = grid.y_begin + made;
+        const window w = window_at(source, &grid, (int)x, (int)y);
+#if !BY_ROWS
+        READ_AHEAD(w.here + 2 * w.stride);
+#endif
+        const floatV q = neighbour(&w, 0, 0), size = fabs(q);
 #if PERSPECTIVE
-    const intV surface = (size > 0.0f) & (size < INFINITY);
+        const intV surface = (size > 0.0f) & (size < INFINITY);
 #else
-    const intV surface = size < INFINITY;
+        const intV surface = size < INFINITY;
 #endif
 #if LENS
-    bent_ray ray;
-    bent_rays(tiles, nodes, &lens, grid.pixel_x + x, grid.pixel_y + y, &ray);
+        bent_ray ray;
+        bent_rays(tiles, nodes, &lens, grid.pixel_x + x, grid.pixel_y + y, &ray);
 #if ALONG == ALONG_AXIS // whose error is that of 1/z
-    const floatV z_in_distances = ray.ahead, stored = size / z_in_distances;
+        const floatV z_in_distances = ray.ahead, stored = size / z_in_distances;
 #else
-    const floatV z_in_distances = (floatV)1.0f, stored = size;
+        const floatV z_in_distances = (floatV)1.0f, stored = size;
 #endif
-    const floatV error = z_in_distances * fma(fma((floatV)p.error_quadratic, stored, (floatV)p.error_linear), stored,
-                                              (floatV)p.error_constant);
+        const floatV error = z_in_distances * fma(fma((floatV)p.error_quadratic, stored, (floatV)p.error_linear), stored,
+                                                  (floatV)p.error_constant);
 #else
-    const floatV error =
-        fma(fma((floatV)p.error_quadratic, size, (floatV)p.error_linear), size, (floatV)p.error_constant);
+        const floatV error =
+            fma(fma((floatV)p.error_quadratic, size, (floatV)p.error_linear), size, (floatV)p.error_constant);
 #endif
-    const floatV deviation = (floatV)p.noise * size;
-    plane found;
-    bend b = no_bend();
-    nearest_plane(&w, fma((floatV)2.0f, deviation, error), &b, &found);
+        const floatV deviation = (floatV)p.noise * size;
+        plane found;
+        bend b = no_bend();
+#if BY_ROWS
+        const intV whole = whole_plane(lines + i, fma((floatV)FIT_NOISE, deviation, WHOLE_ERROR * error), &found);
+        if (any_of(surface & !whole)) {
+            plane part;
+            nearest_plane(&w, fma((floatV)2.0f, deviation, error), &b, &part);
+            fit(&w, &grid, y, deviation, error, &b, &part);
+            found.q = select(part.q, found.q, whole);
+            found.gx = select(part.gx, found.gx, whole);
+            found.gy = select(part.gy, found.gy, whole);
+        }
+#else
+        nearest_plane(&w, fma((floatV)2.0f, deviation, error), &b, &found);
 #if LENS
-    b = bend_of(&ray, found.q, found.gx, found.gy);
-    nearest_plane(&w, fma((floatV)2.0f, deviation, error), &b, &found);
+        b = bend_of(&ray, found.q, found.gx, found.gy);
+        nearest_plane(&w, fma((floatV)2.0f, deviation, error), &b, &found);
 #endif
 #if RADIUS > 0
-    refit(&w, SMALL_RADIUS, -SMALL_RADIUS, SMALL_RADIUS, fma((floatV)GUESS_NOISE, deviation, 2.0f * error),
-          fma((floatV)GUESS_SLOPE_NOISE, deviation, GUESS_ERROR * error), &b, &found);
-    const int first = RADIUS > depth_margin_rows ? -(int)y - depth_margin_rows : -RADIUS;
-    const int last = RADIUS > depth_margin_rows ? (int)(grid.height - 1 - y) + depth_margin_rows : RADIUS;
-    refit(&w, RADIUS, first, last, fma((floatV)FIT_NOISE, deviation, 2.0f * error),
-          fma((floatV)FIT_SLOPE_NOISE, deviation, FIT_ERROR * error), &b, &found);
+        fit(&w, &grid, y, deviation, error, &b, &found);
+#endif
 #endif
 
 #if LENS
-    const vectorV m = plane_of(&ray, found.q, found.gx, found.gy);
-    const floatV nx = -m.x, ny = -m.y, nz = -m.z;
+        const vectorV m = plane_of(&ray, found.q, found.gx, found.gy);
+        const floatV nx = -m.x, ny = -m.y, nz = -m.z;
 #else
 #if PERSPECTIVE
-    const floatV column = (vector_from(grid.pixel_x + x) - p.centre_x[0]) - p.centre_x[1];
-    const float row = ((float)(grid.pixel_y + y) + 0.5f - p.centre_y[0]) - p.centre_y[1];
-    const floatV along = fma(-found.gx, column, fma(-found.gy, (floatV)row, found.q));
+        const floatV column = (vector_from(grid.pixel_x + x) - p.centre_x[0]) - p.centre_x[1];
+        const float row = ((float)(grid.pixel_y + y) + 0.5f - p.centre_y[0]) - p.centre_y[1];
+        const floatV along = fma(-found.gx, column, fma(-found.gy, (floatV)row, found.q));
 #else
-    const floatV along = (floatV)1.0f;
+        const floatV along = (floatV)1.0f;
 #endif
-    const floatV nx = component(&p, 0, &found, along), ny = component(&p, 1, &found, along),
-                 nz = component(&p, 2, &found, along);
+        const floatV nx = component(&p, 0, &found, along), ny = component(&p, 1, &found, along),
+                     nz = component(&p, 2, &found, along);
 #endif
-    // The vector is brought into [1, 2) by a power of two, so that squares neither overflow nor vanish, and is made one
-    // long. After a step of Newton on the guess only roundings are left.
-    const floatV largest = max(max(fabs(nx), fabs(ny)), fabs(nz));
-    const floatV scale = as_floatV(0x7f000000 - (as_intV(largest) & 0x7f800000));
-    const floatV sx = nx * scale, sy = ny * scale, sz = nz * scale;
-    const floatV square = fma(sx, sx, fma(sy, sy, sz * sz));
-    const floatV guess = inverse_root_guess(square);
-    const floatV rest = fma(-square * guess, guess, (floatV)1.0f);
-    const floatV inverse = fma(0.5f * guess, rest, guess), none = (floatV)0.0f;
-    store_vectors(select(none, sx * inverse, surface), select(none, sy * inverse, surface),
-                  select(none, sz * inverse, surface), select(none, (floatV)1.0f, surface),
-                  target + grid.target_offset + (size_t)made * grid.target_stride + (size_t)CHANNELS * x);
+        // The vector is brought into [1, 2) by a power of two, so that squares neither overflow nor vanish, and is made one
+        // long. After a step of Newton on the guess only roundings are left.
+        const floatV largest = max(max(fabs(nx), fabs(ny)), fabs(nz));
+        const floatV scale = as_floatV(0x7f000000 - (as_intV(largest) & 0x7f800000));
+        const floatV sx = nx * scale, sy = ny * scale, sz = nz * scale;
+        const floatV square = fma(sx, sx, fma(sy, sy, sz * sz));
+        const floatV guess = inverse_root_guess(square);
+        const floatV rest = fma(-square * guess, guess, (floatV)1.0f);
+        const floatV inverse = fma(0.5f * guess, rest, guess), none = (floatV)0.0f;
+        store_vectors(select(none, sx * inverse, surface), select(none, sy * inverse, surface),
+                      select(none, sz * inverse, surface), select(none, (floatV)1.0f, surface),
+                      target + grid.target_offset + (size_t)made * grid.target_stride + (size_t)CHANNELS * x);
+    }
 }

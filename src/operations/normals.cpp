@@ -121,6 +121,9 @@ params::normal_params normal_parameters(const CentreRays* rays, const InverseDep
 
 namespace {
 
+// Rows whose windows share lines, on a CPU: with 16 a 1080p image takes 2 % less time, and half as many threads find work.
+constexpr int rows_of_a_work_item = 8;
+
 // Through a lens that of the number that is stored; a distance is up to the square root of three times one along a cube's axis.
 InverseDepthError error_of(const Camera& camera, Storage storage) {
     InverseDepthError error = inverse_depth_error(straightened(camera), storage);
@@ -157,19 +160,24 @@ void normals(const StoredDepth& stored, const Image& result, const NormalsOption
     const int width = result.width();
     const runtime::Launched launched(device, launch);
     const bool fitted = chosen_method(options, stored) == NormalMethod::least_squares;
-    const int vector_width = vector_width_for(device, width);
+    const int vector_width = vector_width_for(device, width),
+              radius = fitted ? window_radius(camera, options.noise) : 0;
+    const int rows =
+        radius == normals_reach_least_squares && !camera.lens && vector_width > 1 ? rows_of_a_work_item : 1;
     const runtime::Defines defines = lens.with_lens({{"V", vector_width},
                                                      {"STREAM", worth_streaming(result, vector_width)},
                                                      {"PERSPECTIVE", !target || target->perspective},
                                                      {"CHANNELS", options.channels},
-                                                     {"RADIUS", fitted ? window_radius(camera, options.noise) : 0}});
+                                                     {"RADIUS", radius},
+                                                     {"ROWS", rows}});
     runtime::Kernel& kernel = runtime::kernel(device, "normals", defines);
-    const params::normal_params parameters =
+    params::normal_params parameters =
         normal_parameters(target ? &*target : nullptr, error_of(camera, stored.storage), options);
     over_inverse_depth(stored, Background::nan, reach(stored, options).rows, "normals", result,
                        [&](const Image& depth, const Image& made, const params::grid_params& grid) {
-                           lens.launch(device, kernel, range_of(width, made.height(), vector_width), depth, made, grid,
-                                       parameters);
+                           parameters.rows = to_u32(made.height());
+                           lens.launch(device, kernel, range_of(width, (made.height() - 1) / rows + 1, vector_width),
+                                       depth, made, grid, parameters);
                        });
     launched.done();
 }
