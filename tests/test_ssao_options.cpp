@@ -633,8 +633,8 @@ TEST_CASE("ssao: refuses what does not fit in one line that names it", "[ssao]")
         {[&](auto& o) { o.normals = image(width, height, 3), o.normals_space = Space::world; }, {"normals", "view"}},
         {region(0, 0, 0, 5), {"region", "(0, 0, 0, 5)"}},
         {region(0, 0, 5, -1), {"region", "(0, 0, 5, -1)"}},
-        {region(-1, 0, 5, 5), {"region", "(-1, 0)"}},
-        {region(150, 0, 12, 5), {"region", "12 x 5", "(150, 0)", "161 x 121"}},
+        {region(-1, 0, 5, 5), {"region", "(-1, 0, 5, 5)"}},
+        {region(150, 0, 12, 5), {"region", "(150, 0, 12, 5)", "161 x 121"}},
         {region(0, 2147483647, 5, 5), {"region", "2147483647"}},
         {region(0, 0, 2147483647, 5), {"region", "2147483647"}},
     };

@@ -26,8 +26,8 @@
 #endif
 #define SMALL_RADIUS WHOLE_RADIUS
 #define BY_ROWS (RADIUS == WHOLE_RADIUS && !LENS)
-#if !defined(ROWS) || ROWS < 1 || (ROWS > 1 && !BY_ROWS)
-#error "ROWS is not defined: the pixels below each other of a work-item, more than 1 only for a RADIUS of 3 without a lens"
+#if !defined(ROWS) || ROWS < 1
+#error "ROWS is not defined: the pixels below each other of a work-item, which pays for a RADIUS of 3 without a lens"
 #endif
 
 // What errors of one bound each make of the slope of five pixels in a row, sum |x| / sum x^2, and of that of seven.
