@@ -163,6 +163,7 @@ TEST_CASE("camera file: an unknown key names the nearest known one", "[io]") {
     check_says(refused(opengl_matrix + R"(, "encodng": "window")"),
                {"\"encodng\"", "nearest known one is \"encoding\""});
     check_says(refused(opengl_matrix + R"(, "clipz": "zero-to-one")"), {"is \"clip_z\""});
+    check_says(refused(opengl_matrix + R"(, "focus": 3)"), {"unknown key \"focus\"; write \"focus_distance\""});
     check_says(refused(R"("perspective": {"fov_deg": 60})"), {"\"perspective.fov_deg\"", "is \"perspective.fov_"});
     check_says(refused(R"("intrinsics": {"f_x": 60})"), {"is \"intrinsics.fx\""});
     check_says(refused(R"("orthographic": {"rigth": 60})"), {"is \"orthographic.right\""});

@@ -40,6 +40,9 @@ std::string key_for(std::string_view name) {
              {"clip_end", "\"far\""},
              {"depth_scale", "\"scale\", in scene units a stored unit: 0.001 for millimetres"},
              {"nodata", "\"missing\""},
+             {"focal_length_mm", "\"lens_mm\""},
+             {"focus", "\"focus_distance\", in scene units"},
+             {"radius", "\"ao_distance\", in scene units"},
          })
         if (name == other)
             return ours;
