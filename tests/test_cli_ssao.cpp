@@ -91,6 +91,10 @@ TEST_CASE("ssao program: every option reaches the library") {
     check_done({"normals", room.input, "--camera", room.camera, "-o", view_file});
     check_done({"normals", room.input, "--camera", room.camera, "-o", world_file, "--space", "world"});
     const cv::Mat view_normals = read_normals(view_file), world_normals = read_normals(world_file);
+    const auto all_pixels = [](SsaoCall& o) {
+        sampling_of(o).half_resolution = false;
+        sampling_of(o).quality = Quality::fast;
+    };
     struct Case {
         Arguments arguments;
         std::function<void(SsaoCall&)> change;
@@ -103,11 +107,8 @@ TEST_CASE("ssao program: every option reaches the library") {
              sampling_of(o).half_resolution = true;
              sampling_of(o).quality = Quality::fast;
          }},
-        {{"--full-resolution", "--quality", "fast"},
-         [](SsaoCall& o) {
-             sampling_of(o).half_resolution = false;
-             sampling_of(o).quality = Quality::fast;
-         }},
+        {{"--full-resolution", "--quality", "fast"}, all_pixels},
+        {{"--half-resolution=no", "--quality", "fast"}, all_pixels},
         {{"--slices", "5"}, [](SsaoCall& o) { sampling_of(o).slices = 5; }},
         {{"--samples", "3"}, [](SsaoCall& o) { sampling_of(o).samples = 3; }},
         {{"--jitter", "1"}, [](SsaoCall& o) { sampling_of(o).jitter = 1; }},

@@ -10,10 +10,12 @@
 #include <algorithm>
 #include <atomic>
 #include <cerrno>
+#include <chrono>
 #include <cstdlib>
 #include <fstream>
 #include <sstream>
 #include <system_error>
+#include <thread>
 
 #include <fcntl.h>
 #include <spawn.h>
@@ -121,10 +123,17 @@ public:
     const fs::path& path() const { return path_; }
 
     void remove() const {
+        if (path_.empty() || getpid() != process_)
+            return;
         std::error_code failure;
-        constexpr int most = 8; // a kernel that is being compiled may write into it meanwhile
-        for (int i = 0; i < most && !path_.empty() && getpid() == process_ && fs::exists(path_, failure); ++i)
-            fs::remove_all(path_, failure);
+        constexpr int most = 300, enough = 3; // a kernel that is being compiled may make it anew meanwhile
+        for (int i = 0, gone = 0; i < most && gone < enough; ++i) {
+            gone = fs::exists(path_, failure) ? 0 : gone + 1;
+            if (gone == 0)
+                fs::remove_all(path_, failure);
+            else
+                std::this_thread::sleep_for(std::chrono::milliseconds(1));
+        }
     }
 
 private:
