@@ -33,11 +33,9 @@ void add_relative_options(CLI::App& app, RelativeOptions& relative) {
     for (const char* other : {"--camera", "--preset", "--image", "--node", "--undistorted", "--focus", "--focus-along",
                               "--f-stop", "--focal-length-mm", "--sensor-mm", "--mm-per-unit", "--circle", "--valid"})
         order->excludes(other);
-    add_option(
-        app, relative_group, "--blur-px", "N", relative.blur_px,
-        "pixels of the largest circle: that of the nearest value with the focus on the farthest one, or the other way "
-        "round (" +
-            blurs.limits() + ")")
+    add_option(app, relative_group, "--blur-px", "N", relative.blur_px,
+               "max CoC in pixels, which the nearest value has if the farthest is in focus, or the other way round (" +
+                   blurs.limits() + ")")
         ->check(is_in(blurs))
         ->needs(order);
     add_numbers_option(
