@@ -5,6 +5,7 @@
 #include <fathom/doubts.hpp>
 #include <fathom/error.hpp>
 #include <fathom/pixel_rays.hpp>
+#include <fathom/ranking.hpp>
 
 #include <locale>
 
@@ -108,6 +109,10 @@ void check_told(const Camera& camera, const HostDepth& stored, const std::string
 void check_silent(const Camera& camera, const HostDepth& stored) {
     CHECK(depth_doubts(camera, stored) == std::vector<std::string>{});
     CHECK(depth_doubts_of_sample(camera, stored) == std::vector<std::string>{});
+}
+
+bool says(const std::vector<std::string>& said, const std::string& words) {
+    return std::ranges::any_of(said, [&](const std::string& each) { return each.find(words) != std::string::npos; });
 }
 
 /// Is it told that flat surfaces are bent under this encoding?
@@ -552,6 +557,76 @@ TEST_CASE("doubts: numbers that are no depth are told with their key, unless the
     CHECK(told(with(0, white_near), Storage::uint16) == "");
 }
 
+TEST_CASE("doubts: holes of round numbers are told, and codes that turn their sign with the scale", "[doubts]") {
+    constexpr int columns = 320, rows = 240;
+    // A plane that is slanted, from 0.2 of the farthest value on; a disc holds a number, and of the rest each pixel with this chance.
+    const auto with = [&](double number, double farthest, double chance, bool has_disc) {
+        std::vector<double> values;
+        std::mt19937 random(4);
+        for (int i = 0; i < columns * rows; ++i) {
+            const bool is_hole = has_disc && std::hypot(i % columns - 100, i / columns - 90) < 60;
+            const bool is_alone = static_cast<double>(random()) < chance * 0x1p32;
+            values.push_back(is_hole || is_alone ? number
+                                                 : farthest / 10 * plane(i * (width * height / columns / rows)));
+        }
+        return values;
+    };
+    const auto check = [&](const Camera& camera, const std::vector<double>& values, Storage storage, double number) {
+        const std::vector<float> floats(values.begin(), values.end());
+        const std::vector<std::uint16_t> codes(values.begin(), values.end());
+        for (const auto& ask : {depth_doubts, depth_doubts_of_sample}) {
+            const auto said = ask(camera, storage == Storage::uint16 ? host(codes, storage, columns)
+                                                                     : host(floats, storage, columns));
+            INFO(number << ": " << (said.empty() ? "" : said.front()));
+            CHECK(says(said, "say \"missing\": " + std::to_string(std::lround(number))));
+        }
+    };
+    Camera camera = camera_of(Encoding::view_z, columns, rows);
+    for (const double number : {1000.0, 10000.0})
+        for (const auto& [farthest, chance, has_disc] : {std::tuple{0.75, 0.08, false},
+                                                         {0.75, 0.08, true},
+                                                         {0.6, 0.0, true},
+                                                         {0.25, 0.08, true},
+                                                         {0.25, 0.0, true}}) {
+            camera.encoding = Encoding::view_z;
+            camera.scale = 0.001;
+            INFO("up to " << farthest << ", " << chance << ", " << has_disc);
+            if (number > 1000)
+                check(camera, with(number, farthest * number, chance, has_disc), Storage::uint16, number);
+            camera.scale = 1;
+            check(camera, with(number, farthest * number, chance, has_disc), Storage::float32, number);
+        }
+    for (const double number : {-1000.0, -10000.0, -9999.0, -32767.0, -65535.0})
+        for (const Encoding encoding : {Encoding::view_z, Encoding::ray_distance})
+            for (const bool has_disc : {false, true}) {
+                camera.encoding = encoding;
+                camera.scale = -1;
+                check(camera, with(number, -50, 0.08, has_disc), Storage::float32, number);
+                Camera named = camera;
+                named.missing = number;
+                const auto values = with(number, -50, 0.08, has_disc);
+                const std::vector<float> floats(values.begin(), values.end());
+                CHECK(!says(depth_doubts(named, host(floats, Storage::float32, columns)), "stands apart"));
+            }
+    // A wall and a box, both seen straight on.
+    camera.encoding = Encoding::view_z;
+    std::vector<float> wall(static_cast<std::size_t>(columns * rows), -10000);
+    for (int i = 0; i < columns * rows; ++i)
+        if (i % columns > 80 && i / columns > 60)
+            wall[static_cast<std::size_t>(i)] = -2000;
+    CHECK(depth_doubts(camera, host(wall, Storage::float32, columns)) == std::vector<std::string>{});
+    // Heights below an orthographic camera, and holes of 0 in them.
+    camera = camera_of(Encoding::view_z, columns, rows);
+    camera.projection = orthographic({-4, 4, -3, 3}, {-1000, 0});
+    camera.scale = -1;
+    std::vector<double> heights;
+    for (int i = 0; i < columns * rows; ++i)
+        heights.push_back(std::hypot(i % columns - 100, i / columns - 90) < 20
+                              ? 0
+                              : 300 + 40 * std::sin(i % columns / 17.0) + 30 * std::cos(i / columns / 11.0));
+    check(camera, heights, Storage::float32, 0);
+}
+
 TEST_CASE("doubts: a block of a number is told of a sample, too", "[doubts]") {
     std::mt19937 random(5);
     for (const auto& [columns, rows] : {std::pair(200, 150), {320, 240}, {1920, 1080}})
@@ -598,10 +673,6 @@ std::vector<Element> room_image(const Stored& stored) {
         for (int x = 0; x < room_width; ++x)
             values.push_back(static_cast<Element>(stored(room(x, y), x, y)));
     return values;
-}
-
-bool says(const std::vector<std::string>& said, const std::string& words) {
-    return std::ranges::any_of(said, [&](const std::string& each) { return each.find(words) != std::string::npos; });
 }
 
 } // namespace
@@ -861,6 +932,25 @@ TEST_CASE("doubts: the bits of half floats are told under any scale, and codes l
                     CHECK(!says(depth_doubts(camera, host(codes, Storage::uint16, room_width)), "half"));
                 }
             }
+}
+
+TEST_CASE("doubts: what no distance can be is told where nobody says what the values are", "[doubts]") {
+    std::vector<std::uint16_t> halves;
+    std::vector<float> holes, plain;
+    for (int i = 0; i < room_width * room_height; ++i) {
+        const auto z = static_cast<float>(room(i % room_width, i / room_width));
+        halves.push_back(Eigen::numext::bit_cast<std::uint16_t>(static_cast<Eigen::half>(z)));
+        plain.push_back(z);
+        holes.push_back(std::hypot(i % room_width - 100, i / room_width - 150) < 40 ? 10000 : z);
+    }
+    const Ranking bits = rank_encodings(host(halves, Storage::uint16, room_width));
+    CHECK(says(bits.evidence, "the bits of half floats"));
+    CHECK(bits.guesses.empty());
+    CHECK(!bits.family);
+    CHECK(says(rank_encodings(host(holes, Storage::float32, room_width)).evidence, "say \"missing\": 10000"));
+    const Ranking right = rank_encodings(host(plain, Storage::float32, room_width));
+    CHECK(!says(right.evidence, "say \"missing\""));
+    CHECK(!right.guesses.empty());
 }
 
 TEST_CASE("doubts: bits that are rotated are told wherever depth goes on beyond them, and no others") {

@@ -458,6 +458,21 @@ auto asked_of(const Camera& camera, const HostDepth& stored, const Ask& ask) {
 
 } // namespace
 
+UnsaidDoubts unsaid_doubts(const HostDepth& stored, bool backwards, double background_from) {
+    Camera camera;
+    camera.width = stored.width;
+    camera.height = stored.height;
+    camera.projection = perspective(1, static_cast<double>(stored.width) / stored.height, {0.1, 100});
+    camera.encoding = Encoding::view_z;
+    camera.scale = backwards ? -1 : 1;
+    camera.missing = 0;
+    if (std::isfinite(background_from))
+        camera.background_from = backwards ? -background_from : background_from;
+    return asked_of(camera, stored, [](const Subject& subject) {
+        return UnsaidDoubts{half_bits_doubt(subject), special_number_doubt(subject)};
+    });
+}
+
 std::vector<std::string> depth_doubts(const Camera& camera, const HostDepth& stored) {
     return asked_of(camera, stored, doubts);
 }

@@ -102,8 +102,8 @@ struct FilteredBorders {
 /// Numbers that programs write where there is no depth, or the near plane's code.
 struct SharedNumbers {
     std::vector<float> numbers; ///< in ascending order
-    std::vector<std::size_t> counts,
-        pairs; ///< of pixels that hold one of them; of those whose left neighbour does so, too
+    std::vector<std::size_t> counts, pairs,
+        alone; ///< of pixels that hold one of them; of those whose left neighbour does so, too, and neither
     std::size_t pixels = 0;
     std::size_t constant = 0; ///< pixels with another value that their left neighbour and the row before have, too
     std::array<FilteredBorders, 2> borders = {},
@@ -124,7 +124,7 @@ private:
     static std::size_t mark_of(float value) {
         return (std::bit_cast<std::uint32_t>(value + 0.0f) * 0x9e3779b1u) >> 22; // Knuth's multiplicative hash
     }
-    void count(float value, bool is_pair, float& before);
+    void count(float value, float left, float right, float& before);
 
     DepthForm form_{};
     bool counts_distances_ = false;
@@ -178,6 +178,13 @@ std::optional<std::string> special_number_doubt(const Subject& subject);
 
 /// The one where codes are the bits of half floats.
 std::optional<std::string> half_bits_doubt(const Subject& subject);
+
+/// Of values whose meaning nobody has said: the one where they are the bits of half floats, and the one where many pixels hold a number
+/// that is probably no distance, if it is not one of those that are left out.
+struct UnsaidDoubts {
+    std::optional<std::string> half_bits, number;
+};
+UnsaidDoubts unsaid_doubts(const HostDepth& stored, bool backwards, double background_from);
 
 /// The one where 8 bits are too few.
 std::optional<std::string> eight_bits_doubt(const Subject& subject);

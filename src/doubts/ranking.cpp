@@ -2,6 +2,7 @@
 #include <fathom/ranking.hpp>
 
 #include "camera/form.hpp"
+#include "doubts/look.hpp"
 #include "doubts/plane_fits.hpp"
 #include "doubts/stored_values.hpp"
 #include "require.hpp"
@@ -489,6 +490,11 @@ Ranking rank_encodings(const HostDepth& stored) {
         ranking.evidence.emplace_back("no two pixels differ");
         return ranking;
     }
+    const UnsaidDoubts doubts = unsaid_doubts(stored, found.backwards, found.top.stands_apart ? found.top.value : NAN);
+    if (doubts.half_bits) {
+        ranking.evidence = {*doubts.half_bits};
+        return ranking;
+    }
     Kind kind = kind_of(found);
     if (found.backwards && kind == Kind::exponent) // which no camera has
         kind = Kind::unknown;
@@ -529,6 +535,8 @@ Ranking rank_encodings(const HostDepth& stored) {
         break;
     }
     look_at_floor(found, ranking.evidence);
+    if (doubts.number)
+        ranking.evidence.push_back("as distances, " + *doubts.number);
     if (decided)
         ranking.family = ranking.guesses.front().family;
     return ranking;

@@ -21,9 +21,10 @@ constexpr double many_of_a_number = 0.001;   // of the pixels
 constexpr double many_without_depth = 0.1;   // of the pixels, where a number has no depth anyway
 constexpr double many_before_all = 0.2;      // of the pixels, for a surface that is nearer than all else
 constexpr std::size_t least_pixels = 8;      // of the sampled ones
+constexpr double many_alone = 0.005;         // of the pixels, with the number and without a neighbour that has it
 constexpr double many_at_the_near = 0.02;    // of the pixels, that no scene has on the near plane itself
 constexpr double apart = 1.25;               // times the value farthest out
-constexpr double round_apart = 4;            // the same for 1000, 10000 and so on, which are distances, too
+constexpr double round_apart = 1.5;          // the same for blocks of 1000, 10000 and so on, which are distances, too
 constexpr double no_wall = 10;               // times that, before which no room has a wall
 constexpr double apart_of_range = 0.25;      // of the range of all others, where a ratio says nothing
 constexpr double above_nothing = 0.01;       // of the largest value: what is nearer may begin at 0
@@ -47,7 +48,8 @@ constexpr bool is_round(double number) {
            std::abs(std::log10(number) - std::round(std::log10(number))) < 1e-12;
 }
 
-std::vector<float> numbers_without_depth() {
+// Where values count backwards, such numbers often have the other sign, too.
+std::vector<float> numbers_without_depth(bool backwards) {
     std::vector<float> numbers{-32768, -9999, 0, 9999, 8 * raw_kinect_none, 32768, 65504, 1e10f};
     for (int bits = 8; bits <= 24; ++bits)
         numbers.push_back(static_cast<float>((1 << bits) - 1));
@@ -55,7 +57,12 @@ std::vector<float> numbers_without_depth() {
         numbers.push_back(static_cast<float>(code));
     for (double power = 1e3; power < 1e10; power *= 10)
         numbers.push_back(static_cast<float>(power));
+    if (backwards)
+        for (std::size_t i = numbers.size(); i-- > 0;)
+            numbers.push_back(0 - numbers[i]);
     std::ranges::sort(numbers);
+    const auto again = std::ranges::unique(numbers);
+    numbers.erase(again.begin(), again.end());
     return numbers;
 }
 
@@ -103,16 +110,11 @@ Others others_than(float number, const Subject& subject) {
     return found;
 }
 
-bool stands_apart(double number, Others others, bool has_depth, bool is_float) {
-    if (others.greatest <= 0) {
-        std::swap(others.least, others.greatest);
-        others.least = -others.least;
-        others.greatest = -others.greatest;
-        number = -number;
-    }
+// Of values that are not below 0.
+bool stands_apart(double number, Others others, bool has_depth, bool is_float, bool is_scattered) {
     const double range = others.greatest - others.least;
     if (number > others.greatest)
-        return number >= (is_round(number) ? round_apart : apart) * others.greatest;
+        return number >= (is_round(number) && !is_scattered ? round_apart : apart) * others.greatest;
     if (number == 0 && !has_depth) // all that is seen is larger
         return others.least > std::max(above_nothing * others.greatest, is_float ? 0.0 : 8.0);
     return number < others.least &&
@@ -125,21 +127,25 @@ SharedNumbers::SharedNumbers(const Camera& camera, Storage storage)
     : form_(depth_form(straightened(camera), storage)),
       counts_distances_(form_.perspective && counts_distances(camera.encoding)) {
     if (is_metric(camera.encoding))
-        numbers = numbers_without_depth();
+        numbers = numbers_without_depth(camera.scale < 0);
     else if (const auto code = near_code(camera, form_, storage))
         numbers = {*code};
     counts.resize(numbers.size());
     pairs.resize(numbers.size());
+    alone.resize(numbers.size());
     for (const float number : numbers)
         marks_.set(mark_of(number));
 }
 
-void SharedNumbers::count(float value, bool is_pair, float& before) {
+void SharedNumbers::count(float value, float left, float right, float& before) {
+    const bool is_pair = value == left;
     ++pixels;
     const auto found = marks_[mark_of(value)] ? std::ranges::lower_bound(numbers, value) : numbers.end();
     if (found != numbers.end() && *found == value) {
-        ++counts[static_cast<std::size_t>(found - numbers.begin())];
-        pairs[static_cast<std::size_t>(found - numbers.begin())] += is_pair;
+        const auto i = static_cast<std::size_t>(found - numbers.begin());
+        ++counts[i];
+        pairs[i] += is_pair;
+        alone[i] += !is_pair && value != right;
     } else {
         constant += is_pair && value == before;
     }
@@ -149,9 +155,10 @@ void SharedNumbers::count(float value, bool is_pair, float& before) {
 void SharedNumbers::add_some(const HostDepth& row, int step) {
     before_.resize(static_cast<std::size_t>(row.width), std::numeric_limits<float>::quiet_NaN());
     for (int x = 1; x < row.width; x += step) {
-        float pair[2]{}, *next = pair;
-        visit_values(part_of(row, x - 1, 0, 2, 1), [&](float value, std::uint32_t) { *next++ = value; });
-        count(pair[1], pair[0] == pair[1], before_[static_cast<std::size_t>(x)]);
+        float three[3]{}, *next = three;
+        const int pixels = std::min(3, row.width - (x - 1));
+        visit_values(part_of(row, x - 1, 0, pixels, 1), [&](float value, std::uint32_t) { *next++ = value; });
+        count(three[1], three[0], three[pixels - 1], before_[static_cast<std::size_t>(x)]);
     }
 }
 
@@ -161,11 +168,13 @@ void SharedNumbers::add(const HostDepth& row) {
     bool has_border = false;
     before_.resize(static_cast<std::size_t>(row.width), std::numeric_limits<float>::quiet_NaN());
     visit_values(row, [&](float value, std::uint32_t bits) {
-        count(value, !values.empty() && value == values.back().first, before_[values.size()]);
         const bool is_ahead = !counts_distances_ || value * form_.farther > 0; // the others have no depth, named or not
         values.emplace_back(value, kind_of(form_, value, bits) != StoredKind::depth || !is_ahead);
         has_border |= values.back().second;
     });
+    for (std::size_t x = 0; x < values.size(); ++x) // what is cut off at an end goes on there
+        count(values[x].first, x > 0 ? values[x - 1].first : NAN, values[std::min(x + 1, values.size() - 1)].first,
+              before_[x]);
     if (!has_border)
         return;
     const auto look_from = [&](std::size_t side, const auto& at) {
@@ -233,13 +242,18 @@ std::optional<std::string> special_number_doubt(const Subject& subject) {
         const StoredKind kind = kind_of(form, number_here, bits_of_value(number_here, subject.storage));
         const bool integer_disparity =
             camera.encoding == Encoding::inverse && !floats && !camera.background && number_here == 0;
+        const float ahead = camera.scale < 0 ? -number_here : number_here;
         const bool as_sky = floats && camera.encoding != Encoding::inverse && // which `sky_doubt` tells
-                            (number_here == 65504 || number_here >= 1e9f);
+                            (ahead == 65504 || ahead >= 1e9f);
         const bool has_depth = may_have_depth && z > static_cast<double>(form.least_depth);
         const bool is_said = kind == StoredKind::missing || (kind == StoredKind::background && !integer_disparity);
         if (is_said || as_sky || (!has_depth && number_here != 0) || !may_have_depth)
             continue;
-        const Others others = others_than(number_here, subject);
+        Others others = others_than(number_here, subject);
+        const bool are_below = is_metric(camera.encoding) && others.greatest <= 0;
+        const double value = are_below ? -stored : stored;
+        if (are_below)
+            others = {others.count, others.surfaces, -others.greatest, -others.least};
         // Of a sample of few pixels, rows tell more.
         const bool is_of_rows = others.count < least_pixels;
         const std::size_t count = is_of_rows ? shared.counts[i] : others.count,
@@ -247,10 +261,13 @@ std::optional<std::string> special_number_doubt(const Subject& subject) {
         const auto are_at_least = [&](double part) {
             return static_cast<double>(count) >= part * static_cast<double>(pixels);
         };
-        const bool is_scattered = 2 * shared.pairs[i] < shared.counts[i];
+        const bool is_scattered =
+            2 * shared.pairs[i] < shared.counts[i] ||
+            (shared.alone[i] >= least_pixels &&
+             static_cast<double>(shared.alone[i]) > many_alone * static_cast<double>(shared.pixels));
         // Something small that is seen straight on may be nearer than all else.
-        const bool may_be_near =
-            has_depth && !is_scattered && counts_distances(camera.encoding) && std::abs(stored) < others.least;
+        const bool may_be_near = has_depth && !is_scattered && counts_distances(camera.encoding) &&
+                                 (camera.scale < 0) == are_below && std::abs(stored) < others.least;
         const double many = may_be_near                      ? many_before_all
                             : has_depth || integer_disparity ? many_of_a_number
                                                              : many_without_depth;
@@ -274,8 +291,8 @@ std::optional<std::string> special_number_doubt(const Subject& subject) {
         // A wall that is seen straight on has one depth, too.
         const bool may_be_wall = has_depth && !integer_disparity && !is_scattered &&
                                  2 * shared.constant >= std::min(shared.pairs[i], shared.pixels - shared.counts[i]) &&
-                                 std::abs(stored) < std::min(65504.0, no_wall * others.greatest);
-        if (may_be_wall || (!integer_disparity && !stands_apart(stored, others, has_depth, floats)))
+                                 std::abs(value) < std::min(65504.0, no_wall * others.greatest);
+        if (may_be_wall || (!integer_disparity && !stands_apart(value, others, has_depth, floats, is_scattered)))
             continue;
         const std::string key = number(stored, 17);
         const float unit = number_here / raw_kinect_none;
@@ -292,7 +309,8 @@ std::optional<std::string> special_number_doubt(const Subject& subject) {
                 continue;
         }
         return text(percent(count, pixels), " of the pixels hold ", key, ", which stands apart from all other values, ",
-                    number(others.least, 4), " to ", number(others.greatest, 4), ", and counts as ",
+                    number(are_below ? -others.greatest : others.least, 4), " to ",
+                    number(are_below ? -others.least : others.greatest, 4), ", and counts as ",
                     integer_disparity ? "infinitely far"
                     : has_depth       ? text("a depth of ", number(z, 4))
                                       : "no depth at all",
