@@ -39,11 +39,21 @@ cv::Mat of_bgra(const cv::Mat& bgra, bool red_is_lowest) {
     return values;
 }
 
+/// Are 32-bit integers the bits of floats?
+bool are_bits_of_floats(const cv::Mat& codes) {
+    io::FloatBytes bytes;
+    bytes.add(cv::Mat(codes.size(), CV_8UC4, codes.data, codes.step));
+    return bytes.are_floats();
+}
+
 /// Codes of 24 bits only: a buffer with a stencil beside its depth must not be decoded as if it had none.
 void check_codes(const std::filesystem::path& file, const cv::Mat& codes, int first_row) {
     for (int y = 0; y < codes.rows; ++y)
         for (int x = 0; x < codes.cols; ++x)
-            if (const auto code = static_cast<std::uint32_t>(codes.at<int>(y, x)); code > 0xffffff)
+            if (const auto code = static_cast<std::uint32_t>(codes.at<int>(y, x)); code > 0xffffff) {
+                if (are_bits_of_floats(codes))
+                    refuse(file, "is no depth: its 32-bit integers are the bits of floats; save floats (.exr, .npy or "
+                                 ".tif)");
                 refuse(file,
                        "pixel (" + std::to_string(x) + ", " + std::to_string(first_row + y) + ") holds " +
                            std::to_string(code) +
@@ -52,6 +62,7 @@ void check_codes(const std::filesystem::path& file, const cv::Mat& codes, int fi
                            (code > 0x7fffffff ? "; if the number is " +
                                                     std::to_string(static_cast<std::int32_t>(code)) + ", save floats"
                                               : std::string()));
+            }
 }
 
 /// Codes whose bits were rotated left by three.
