@@ -268,6 +268,11 @@ TEST_CASE("dof program: a clean plate shows what the foreground hides") {
     check_refused(scene.arguments(out, {"--clean-plate-depth", depth}), 2,
                   "--clean-plate-depth: is of no use without --clean-plate");
     check_refused(scene.arguments(out, {"--clean-plate", color}), 1, "needs --clean-plate-depth");
+    const std::string grey = scene.folder / "plate-grey.pfm"; // whose three equal channels could be depth, too
+    cv::Mat of_equal;
+    cv::merge(std::vector{behind, behind, behind}, of_equal);
+    cv::imwrite(grey, of_equal);
+    check_refused(scene.arguments(out, {"--clean-plate", grey}), 1, "needs --clean-plate-depth");
     const std::string small = scene.folder / "small.exr";
     write_color(small, other(cv::Rect(0, 0, width - 1, height)).clone());
     check_refused(scene.arguments(out, {"--clean-plate", small, "--clean-plate-depth", depth}), 1,

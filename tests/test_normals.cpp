@@ -246,6 +246,23 @@ constexpr double whole_windows = 0.95, drawn_deg = 0.02;
 // Slopes of floats are off by less than two roundings of the inverse depth a pixel, each, and a normal by that over a pixel's angle.
 const double sensor_rounding_deg = std::sqrt(2.0) * 2 * 0x1p-24 / (std::tan(0.45) / 540) / degree;
 
+// As many pixels as `whole_windows` says have the normal of brute force over their whole window, within an angle.
+void check_whole_windows(const Result& result, const std::vector<float>& depth, const Camera& camera, int radius,
+                         double within_deg) {
+    double worst = 0;
+    long same = 0, pixels = 0;
+    for (int y = radius; y < camera.height - radius; ++y)
+        for (int x = radius; x < camera.width - radius; ++x) {
+            const double off = angle_deg(result.at(x, y), brute_force(depth, camera, x, y, radius));
+            worst = std::max(worst, off);
+            same += off <= within_deg;
+            ++pixels;
+        }
+    const double fraction = static_cast<double>(same) / static_cast<double>(pixels);
+    std::printf("%.2f %% as by brute force, worst %.3f degrees\n", 100 * fraction, worst);
+    CHECK(fraction >= whole_windows);
+}
+
 constexpr int near_px = 2;        // from an edge
 constexpr double jump = 0.05;     // of the nearer z, at an edge
 constexpr double crease_deg = 20; // between two pixels' normals
@@ -427,20 +444,8 @@ TEST_CASE("normals: noise has every pixel of a plane's wide window count", "[nor
     for (const double noise : {2e-4, 5e-4, 9e-4}) {
         const int radius = window_radius(camera, noise);
         const std::vector<float> depth = noisy(tilted_plane(camera, 0.7), noise);
-        const Result result = normals_of(stored_of(depth, camera), {.noise = noise});
-        double worst = 0;
-        long same = 0, pixels = 0;
-        for (int y = radius; y < camera.height - radius; ++y)
-            for (int x = radius; x < camera.width - radius; ++x) {
-                const double off = angle_deg(result.at(x, y), brute_force(depth, camera, x, y, radius));
-                worst = std::max(worst, off);
-                same += off <= drawn_deg;
-                ++pixels;
-            }
-        const double fraction = static_cast<double>(same) / static_cast<double>(pixels);
-        std::printf("normals with noise %g: window of radius %d, %.2f %% as by brute force, worst %.3f degrees\n",
-                    noise, radius, 100 * fraction, worst);
-        CHECK(fraction >= whole_windows);
+        std::printf("normals with noise %g: window of radius %d, ", noise, radius);
+        check_whole_windows(normals_of(stored_of(depth, camera), {.noise = noise}), depth, camera, radius, drawn_deg);
     }
 }
 
@@ -456,21 +461,9 @@ TEST_CASE("normals: every pixel of a coarse plane's window counts", "[normals]")
             codes.push_back(static_cast<std::uint16_t>(std::lround(z * 1000)));
             depth.push_back(static_cast<float>(codes.back() * camera.scale));
         }
-        const Result result = normals_of(stored_of(codes, camera, Storage::uint16));
-        double worst = 0;
-        long same = 0, pixels = 0;
-        for (int y = radius; y < camera.height - radius; ++y)
-            for (int x = radius; x < camera.width - radius; ++x) {
-                const double off = angle_deg(result.at(x, y), brute_force(depth, camera, x, y, radius));
-                worst = std::max(worst, off);
-                same += off <= sensor_rounding_deg;
-                ++pixels;
-            }
-        const double fraction = static_cast<double>(same) / static_cast<double>(pixels);
-        std::printf(
-            "normals of a plane of millimetres, tilted by %.1f: %.2f %% as by brute force, worst %.3f degrees\n", tilt,
-            100 * fraction, worst);
-        CHECK(fraction >= whole_windows);
+        std::printf("normals of a plane of millimetres, tilted by %.1f: ", tilt);
+        check_whole_windows(normals_of(stored_of(codes, camera, Storage::uint16)), depth, camera, radius,
+                            sensor_rounding_deg);
     }
 }
 

@@ -2,9 +2,15 @@
 
 #include "catch.hpp"
 #include "operations/parameters.hpp"
+#include "runtime/memory.hpp"
 #include "runtime/state.hpp"
 
 #include <fathom/fathom.hpp>
+
+#include <cstdint>
+#include <cstring>
+#include <set>
+#include <vector>
 
 using namespace fathom;
 
@@ -42,6 +48,23 @@ std::vector<float> counted(std::size_t count) {
 }
 
 } // namespace
+
+TEST_CASE("runtime: memory of large images begins at different places of its huge pages") {
+    std::set<std::uintptr_t> places;
+    std::vector<void*> all;
+    for (int i = 0; i < 8; ++i) {
+        all.push_back(runtime::allocate(runtime::huge_page + 1));
+        REQUIRE(all.back());
+        std::memset(all.back(), i, runtime::huge_page + 1);
+        const auto address = reinterpret_cast<std::uintptr_t>(all.back());
+        CHECK(address % 256 == 0);
+        places.insert(address % runtime::huge_page);
+    }
+    CHECK(places.size() == all.size());
+    for (void* memory : all)
+        runtime::give_back(memory);
+    runtime::give_back(nullptr);
+}
 
 TEST_CASE("runtime: a device answers to its kind, its index and a part of its name", "[runtime]") {
     const auto all = list_devices();
