@@ -41,6 +41,7 @@ missing_packages() {
         <(printf '%s\n' "${packages[@]}" | sort -u)
 }
 
+# Scripts that run at the same time install one after the other, and nothing that a package starts keeps the lock.
 install_packages() {
     if ! command -v dpkg-query >/dev/null; then
         echo "no Debian packages here: taking for granted that ${packages[*]} are installed in some form"
@@ -48,6 +49,7 @@ install_packages() {
     fi
     local missing as_root=()
     ((${#packages[@]})) || return 0
+    flock 9
     mapfile -t missing < <(missing_packages)
     if ((${#missing[@]} == 0)); then
         return
@@ -57,10 +59,10 @@ install_packages() {
         as_root=(sudo)
     fi
     as_root+=(env DEBIAN_FRONTEND=noninteractive apt-get -q)
-    step "reading the package lists" apt-update.log "${as_root[@]}" update
+    step "reading the package lists" apt-update.log "${as_root[@]}" update 9>&-
     step "installing ${#missing[@]} packages" apt-install.log \
-        "${as_root[@]}" install -y --no-install-recommends "${missing[@]}"
-}
+        "${as_root[@]}" install -y --no-install-recommends "${missing[@]}" 9>&-
+} 9>"$logs/packages.lock"
 
 # build [TARGET...]: everything when none is named.
 build() {
