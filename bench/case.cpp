@@ -135,6 +135,15 @@ const Image& Case::color() {
     return image;
 }
 
+// Distances, seen by the same camera.
+StoredDepth Case::backs() {
+    if (!backs_)
+        backs_ = uploaded(device_, Element::f32, {width(), height()}, ends_of(view_));
+    Camera of_distances = camera();
+    of_distances.encoding = Encoding::view_z;
+    return {backs_, of_distances};
+}
+
 void Case::set_color(const std::vector<float>& picture) {
     picture_ = picture;
     for (Frame& frame : frames_)

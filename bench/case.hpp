@@ -35,6 +35,7 @@ public:
     void restore();                                               ///< makes it what it was
     const Image& floats(int channels);                            ///< for a result of one, three or four floats a pixel
     DofMasks masks(bool mixed = false);                           ///< for four or five results of one float
+    StoredDepth backs();                                          ///< where the solids end that the pixels show
     const Image& color();                                         ///< patches of colour unless a picture was set
     void set_color(const std::vector<float>& picture);
 
@@ -64,6 +65,7 @@ private:
     View view_;
     std::vector<float> sorted_depth_; // of every 17th pixel that is a surface
     std::vector<float> picture_;
+    Image backs_;
     std::vector<Frame> frames_;
     std::size_t current_ = 0;
 };

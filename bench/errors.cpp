@@ -14,11 +14,11 @@ namespace {
 
 using oracle::Quad;
 
-constexpr int stride = 7;                       // pixels from one sample to the next, where truth is cheap
-constexpr double radii[] = {1.0 / 20, 2.0 / 5}; // of ssao, in widths of the image
-constexpr double max_coc = 1.0 / 30;            // of dof, in widths
-constexpr int occlusion_stride = 23;            // between the pixels of brute force: every phase of 4 x 4 alike
-constexpr int blur_stride = 23;                 // between the pixels whose lens is sampled
+constexpr int stride = 7;                           // pixels from one sample to the next, where truth is cheap
+constexpr double radii[] = {1.0 / 20, 2.0 / 5};     // of ssao, in widths of the image
+constexpr double circles[] = {1.0 / 30, 1.0 / 120}; // of dof, in widths
+constexpr int occlusion_stride = 23;                // between the pixels of brute force: every phase of 4 x 4 alike
+constexpr int blur_stride = 23;                     // between the pixels whose lens is sampled
 
 struct BlurSample {
     int x, y;
@@ -30,7 +30,7 @@ class Judge {
 public:
     Judge(const Device& device, const View& view)
         : view_(view), rendered_(scene::render(view.scene, view.camera())), on_(device, view, rendered_.exact, 1) {
-        on_.max_coc_px = max_coc * on_.width();
+        set_circle(circles[0]);
     }
 
     Case& on() { return on_; }
@@ -73,6 +73,12 @@ public:
     void prepare_blur() {
         if (blur_.empty())
             make_blur();
+    }
+
+    /// Sets the max CoC of dof and dof_masks.
+    void set_circle(double fraction) {
+        on_.max_coc_px = fraction * on_.width();
+        blur_.clear();
     }
 
     /// Sets the radius of ssao.
@@ -224,12 +230,13 @@ std::vector<Figures> errors(const Device& device, const std::vector<Method>& met
                         .height = view.camera().height,
                         .radius_px = radius_px});
         if (method.operation == "ssao") {
-            rows.back().error = judge.method_error(method);
+            if (!method.name.ends_with(backs_suffix))
+                rows.back().error = judge.method_error(method);
             rows.back().scene_error = judge.scene_error(method);
         } else {
             rows.back().error = judge.error(method);
         }
-        if (method.operation == "ssao" || method.operation == "dof")
+        if (rows.back().error && (method.operation == "ssao" || method.operation == "dof"))
             rows.back().squares = judge.squares();
         report(rows.back());
     };
@@ -237,12 +244,19 @@ std::vector<Figures> errors(const Device& device, const std::vector<Method>& met
         Judge judge(device, view);
         for (const Method& method : methods) {
             if (method.kind == Method::Kind::floor || !method.matches(only) || method.operation == "ssao" ||
-                method.operation == "filter")
+                method.operation == "dof" || method.operation == "filter")
                 continue;
-            if (method.operation == "dof")
+            add(judge, view, method, method.operation == "dof_masks" ? judge.on().max_coc_px : 0);
+        }
+        for (const double fraction : circles) {
+            judge.set_circle(fraction);
+            for (const Method& method : methods) {
+                const bool is_asked = fraction == circles[0] || method.kind != Method::Kind::blender;
+                if (method.operation != "dof" || !method.matches(only) || !is_asked)
+                    continue;
                 judge.prepare_blur();
-            const bool circle = method.operation == "dof" || method.operation == "dof_masks";
-            add(judge, view, method, circle ? judge.on().max_coc_px : 0);
+                add(judge, view, method, judge.on().max_coc_px);
+            }
         }
         for (const double fraction : radii) {
             judge.set_radius(fraction);

@@ -37,7 +37,7 @@ constexpr const char* help =
     "          pixels      one method of each operation, from 0.1 megapixels on\n"
     "          radius      ssao and dof, radii of 4 to 512 pixels (1920x1080)\n"
     "  --rounds N   runs of every row (default 31); rows that take long run less often\n"
-    "  --seconds S  of a row in all, but for the table of operations (default 4); three runs at least\n"
+    "  --seconds S  of a row in all, but for the table of operations (default 2); three runs at least\n"
     "  --megapixels N  the largest image of the table of pixels (default 64)\n"
     "  --frames N   operations: frames to go through in turn; 1 keeps them in the cache (default: 0.5 GB of them)\n"
     "  --only TEXT  only rows with TEXT in their names, and the copies that they are compared with; operations: in\n"

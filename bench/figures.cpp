@@ -135,7 +135,7 @@ Table pairs_of(const Device& device, const std::vector<Figures>& rows) {
                          "least", "most"});
     std::map<std::tuple<std::string, std::string, double>, std::vector<const Figures*>> places;
     for (const Figures& row : rows)
-        if (row.operation == "ssao" || row.operation == "dof")
+        if (!row.squares.empty())
             places[{row.operation, row.scene, row.radius_px}].push_back(&row);
     for (const auto& [place, methods] : places)
         compare(table, methods);

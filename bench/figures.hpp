@@ -29,7 +29,7 @@ Deviation summary(std::string unit, const std::vector<double>& errors);
 struct Figures {
     std::string operation; ///< as the library names it; copy: a floor
     std::string method;    ///< preset, form or formula
-    std::string kind;      ///< library, baseline, opencv, blender or floor
+    std::string kind;      ///< library, baseline, opencv, python, blender or floor
     std::string storage;
     std::string scene; ///< frames: random depths
     int width = 0, height = 0;

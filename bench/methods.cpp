@@ -209,6 +209,14 @@ void add_ssao(std::vector<Method>& list) {
                               {.sampling = Sampling{.quality = quality,
                                                     .half_resolution = half ? std::optional(true) : std::nullopt},
                                .thickness = silhouette ? std::optional<Thickness>(Silhouette{}) : std::nullopt}));
+        if (!half)
+            list.push_back({"ssao", text("accurate", backs_suffix), Kind::library, Storage::float32, "copy",
+                            [](Case& on) {
+                                const SsaoOptions options{.sampling = Sampling{.quality = Quality::accurate},
+                                                          .thickness = on.backs()};
+                                return ssao(on.stored(), on.radius(), options).visibility;
+                            },
+                            [](Case& on) { on.backs(); }});
         std::vector<std::pair<int, int>> explicit_counts{{1, 8}, {1, 16}, {2, 32}, {4, 32}, {4, 64}};
         if (half) // 1 x 16 is what `fast` does
             explicit_counts = {{1, 64}, {4, 64}};
@@ -304,6 +312,8 @@ const char* kind_name(Kind kind) {
         return "opencv";
     case Kind::blender:
         return "blender";
+    case Kind::python:
+        return "python";
     case Kind::floor:
         return "floor";
     }
@@ -332,6 +342,8 @@ double bytes_of(const Method& method, Case& on) {
     double sum = bytes(result) + bytes(on.stored(method.storage).image);
     if (method.operation == "dof")
         sum += bytes(on.color());
+    if (method.name.ends_with(backs_suffix))
+        sum += bytes(on.backs().image);
     if (method.operation == "dof_masks")
         sum += 3 * bytes(result);
     for (const runtime::ScratchBuffer& each : scratch)

@@ -11,7 +11,7 @@ namespace fathom::bench {
 
 /// A way to compute an operation, a point of the charts.
 struct Method {
-    enum class Kind { library, baseline, opencv, blender, floor };
+    enum class Kind { library, baseline, opencv, blender, python, floor };
 
     std::string operation; ///< as the library names it; "copy" for floors
     std::string name;
@@ -30,6 +30,9 @@ struct Method {
 
 /// Ends the name of a method whose thickness is that of silhouettes; its error is that of the constant thickness.
 constexpr const char* silhouette_suffix = ", silhouette";
+
+/// Ends the name of a method that is told where solids end, which brute force is not.
+constexpr const char* backs_suffix = ", back depth";
 
 const char* kind_name(Method::Kind kind);
 

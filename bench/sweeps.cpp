@@ -57,15 +57,13 @@ std::vector<Figures> timed(Case& on, const std::vector<Method>& methods,
                         .radius_px = radius_of(*method, on),
                         .floor = method->floor});
         const auto run = [&, method] { rows.back().bytes = bytes_of(*method, on); };
-        const int every = rounds_between(on.device(), {.run = run}, effort.rounds, effort.seconds);
-        work.push_back({.before =
-                            [&on, method] {
-                                on.next();
-                                if (method->prepare)
-                                    method->prepare(on);
-                            },
-                        .run = [&on, method] { method->run(on); },
-                        .every = every});
+        const auto before = [&on, method] {
+            on.next();
+            if (method->prepare)
+                method->prepare(on);
+        };
+        const int every = rounds_between(on.device(), {.before = before, .run = run}, effort.rounds, effort.seconds);
+        work.push_back({.before = before, .run = [&on, method] { method->run(on); }, .every = every});
     }
     on.complete();
     const auto samples = measured(on.device(), work, effort.rounds, effort.clock, 0);
@@ -101,6 +99,13 @@ private:
     std::set<std::string> names_;
 };
 
+// Of what the page chooses the best of each operation.
+bool chosen_from(const Method& method) {
+    return method.kind == Method::Kind::library && method.storage == Storage::float32 &&
+           method.name.find_first_of("0123456789") != 0 && !method.name.ends_with(silhouette_suffix) &&
+           !method.name.ends_with(backs_suffix);
+}
+
 // The methods that the chart against pixels shows, one for each operation.
 bool swept(const Method& method) {
     static const std::pair<const char*, const char*> names[] = {
@@ -121,16 +126,21 @@ std::vector<Figures> presets(const Device& device, const std::vector<Method>& me
     for (const View& view : views) {
         Case on(device, view);
         const bool small = view.camera().width <= error_size.first;
+        const bool large = view.camera().width >= 3840;
         const auto wanted = [&](const Method& m) {
-            return m.matches(effort.only) && !slow.contain(m) && (small || !m.swept);
+            return m.matches(effort.only) && !slow.contain(m) && (small || !m.swept) && (!large || chosen_from(m));
         };
-        const auto occlusion = [&](const Method& m) { return m.operation == "ssao" && wanted(m); };
+        const auto of = [&](const char* operation) {
+            return [&wanted, operation](const Method& m) { return m.operation == operation && wanted(m); };
+        };
         on.radius_px = on.width() / 20.0;
         on.max_coc_px = on.width() / 30.0;
         append(rows, timed(on, methods, wanted, effort));
-        if (view.camera().width < 3840) {
+        if (!large) {
             on.radius_px = 2 * on.width() / 5.0;
-            append(rows, timed(on, methods, occlusion, effort));
+            append(rows, timed(on, methods, of("ssao"), effort));
+            on.max_coc_px = on.width() / 120.0;
+            append(rows, timed(on, methods, of("dof"), effort));
         }
         slow.learn(rows, effort.clock);
     }

@@ -13,7 +13,7 @@ namespace fathom::bench {
 /// How long to measure.
 struct Effort {
     int rounds = 31;
-    double seconds = 4; ///< no method takes more in all, but three runs
+    double seconds = 2; ///< no method takes more in all, but three runs
     Clock clock = Clock::wall;
     std::string only = {};
     std::function<void(const Figures&)> report = {}; ///< told of every row as soon as it is there
@@ -39,7 +39,9 @@ using Size = std::pair<int, int>;
 inline constexpr Size error_size{960, 540};
 
 /// Every method in each of the views, with the floors: rays of a twentieth of the width, circles up to a thirtieth; and, in views
-/// less than 3840 wide, `ssao` with rays of two fifths too. Those that were swept are timed at `error_size` or less only. What takes longer than `longest_run` is left out of the views that follow.
+/// less than 3840 wide, `ssao` with rays of two fifths and `dof` with a quarter of the circle too. Wider ones have the library's
+/// qualities and methods on floats alone. Those that were swept are timed at `error_size` or less only. What takes longer than
+/// `longest_run` is left out of the views that follow.
 std::vector<Figures> presets(const Device& device, const std::vector<Method>& methods, const std::vector<View>& views,
                              const Effort& effort);
 

@@ -70,5 +70,13 @@ build() {
     step "building" build.log cmake --build "$build" "${@/#/--target=}"
 }
 
+# python_packages NAME...: of PyPI, in an environment for what the scripts run, whose interpreter is $python.
+python_packages() {
+    local tools=$root/build/python-tools
+    python=$tools/bin/python
+    [ -e "$python" ] || step "making a Python environment" venv.log /usr/bin/python3 -m venv "$tools"
+    step "installing what is used from PyPI" pip.log "$tools/bin/pip" install "$@"
+}
+
 cd "$root"
 install_packages

@@ -1,10 +1,12 @@
 // The bench's own truths and tables: a lens in a scene whose blur is known, summaries.
 
 #include "catch.hpp"
+#include "errors.hpp"
 #include "figures.hpp"
 #include "judge.hpp"
 #include "lens_blur.hpp"
 #include "lens_truth.hpp"
+#include "methods.hpp"
 
 using namespace fathom;
 
@@ -73,6 +75,88 @@ TEST_CASE("bench: the lens sees what the picture does, and nothing beyond the ne
                   is_there);
         }
     }
+}
+
+namespace {
+
+/// Is a point in a solid? The ground is one, and what is around a room.
+bool is_in(const scene::Primitive& solid, const Eigen::Vector3d& p) {
+    if (const auto* sphere = std::get_if<scene::Sphere>(&solid))
+        return (p - sphere->centre).norm() < sphere->radius;
+    if (const auto* plane = std::get_if<scene::Plane>(&solid))
+        return (p - plane->point).dot(plane->normal) < 0;
+    if (const auto* box = std::get_if<scene::Box>(&solid)) {
+        const Eigen::Vector3d from = Eigen::AngleAxisd(-box->yaw, Eigen::Vector3d::UnitY()) * (p - box->centre);
+        const bool is_room = box->half_size.maxCoeff() > 5.1; // longer than the railings' beams
+        return (from.array().abs() < box->half_size.array()).all() != is_room;
+    }
+    if (const auto* hills = std::get_if<scene::HeightField>(&solid)) {
+        double height = hills->base;
+        for (const auto& wave : hills->waves)
+            height += wave.amplitude * std::sin(wave.kx * p.x() + wave.kz * p.z() + wave.phase);
+        return p.y() < height && std::max(std::abs(p.x()), std::abs(p.z())) < hills->half_size;
+    }
+    return false; // a disk encloses nothing
+}
+
+} // namespace
+
+TEST_CASE("bench: where solids end is where steps along the ray leave them", "[bench]") {
+    constexpr double step = 1e-3;
+    constexpr int steps = 6000;
+    for (const bench::View& view : bench::views(64, 36)) {
+        const std::vector<float> ends = bench::ends_of(view);
+        const scene::Caster caster(view.scene, view.camera());
+        const Eigen::Matrix4d to_world = scene::to_world(view.camera());
+        int finite = 0, infinite = 0, grazed = 0;
+        for (int y = 0; y < 36; ++y)
+            for (int x = 0; x < 64; ++x) {
+                const double end = static_cast<double>(ends[static_cast<std::size_t>(64 * y + x)]);
+                const auto surface = caster.at(x + 0.5, y + 0.5);
+                INFO(view.name << " " << x << ", " << y << ": surface at " << (surface ? surface->z : 0) << ", end "
+                               << end);
+                REQUIRE(std::isnan(end) == !surface);
+                if (!surface)
+                    continue;
+                const scene::Ray ray = caster.ray(x + 0.5, y + 0.5);
+                const Eigen::Vector3d along = ray.direction.normalized();
+                const auto inside = [&](int i) {
+                    const Eigen::Vector3d p =
+                        (to_world * (surface->position + i * step * along).homogeneous()).head<3>();
+                    return std::ranges::any_of(view.scene, [&](const auto& solid) { return is_in(solid, p); });
+                };
+                int last = 0;
+                while (last < steps && inside(last + 1))
+                    ++last;
+                const double cosine = std::abs(along.z());
+                if (last == 0) { // a disk, or a corner that is thinner than a step
+                    ++grazed;
+                    REQUIRE((std::isinf(end) || end - surface->z <= step * cosine));
+                } else if (last == steps) {
+                    ++infinite;
+                    REQUIRE(end - surface->z >= 0.99 * steps * step * cosine);
+                } else {
+                    ++finite;
+                    REQUIRE(end - surface->z == Approx((last + 0.5) * step * cosine).margin(0.51 * step));
+                }
+            }
+        std::printf("%-9s %d pixels whose solid ends, %d without an end, %d grazed\n", view.name.c_str(), finite,
+                    infinite, grazed);
+        CHECK(finite + infinite > 64 * 36 * 2 / 5); // terrain and spheres have a sky
+    }
+}
+
+TEST_CASE("bench: the true ends of solids bring accurate to the scene itself", "[bench]") {
+    const auto& device = oracle::device(Arithmetic::fp64);
+    bench::Baselines kernels(device, false);
+    const auto errors = bench::errors(device, bench::methods(kernels), {bench::views(480, 270)[2]}, "ssao accurate",
+                                      [](const bench::Figures&) {});
+    const auto of = [&](const char* name) { return std::ranges::find(errors, name, &bench::Figures::method); };
+    REQUIRE(of("accurate")->radius_px == of("accurate, back depth")->radius_px);
+    std::printf("railings, rays of 5 %%: %.4f, with the true ends %.4f\n", of("accurate")->scene_error->rms,
+                of("accurate, back depth")->scene_error->rms);
+    CHECK(of("accurate, back depth")->scene_error->rms < of("accurate")->scene_error->rms / 2);
+    CHECK(!of("accurate, back depth")->error);
 }
 
 TEST_CASE("bench: the columns of its tables stay what they are", "[bench]") {

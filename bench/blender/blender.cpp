@@ -7,6 +7,7 @@
 #include "errors.hpp"
 #include "path_traced.hpp"
 #include "sweeps.hpp"
+#include "temp_folder.hpp"
 
 #include <fathom/error.hpp>
 
@@ -15,10 +16,8 @@
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
-#include <cstring>
 #include <filesystem>
 #include <fstream>
-#include <iterator>
 #include <memory>
 #include <string>
 #include <utility>
@@ -33,25 +32,6 @@ namespace {
 constexpr const char* node = "Blender's Defocus node";
 constexpr const char* floor_name = "copy depth and RGB";
 
-class TempFolder {
-public:
-    TempFolder() {
-        std::string name = (fs::temp_directory_path() / "fathom-blender-XXXXXX").string();
-        if (!mkdtemp(name.data()))
-            throw Error("no folder can be made in " + fs::temp_directory_path().string());
-        path_ = name;
-    }
-    TempFolder(const TempFolder&) = delete;
-    TempFolder& operator=(const TempFolder&) = delete;
-    ~TempFolder() { fs::remove_all(path_); }
-
-    fs::path operator/(const char* name) const { return path_ / name; }
-    std::string string() const { return path_.string(); }
-
-private:
-    fs::path path_;
-};
-
 // What the node is given.
 struct Frame {
     int width, height;
@@ -65,39 +45,35 @@ struct Blurred {
     std::vector<double> seconds; ///< of the node alone
 };
 
-std::string contents(const fs::path& file) {
-    std::ifstream stream(file, std::ios::binary);
-    return {std::istreambuf_iterator<char>(stream), {}};
-}
-
 std::size_t flipped(const Frame& frame, std::size_t pixel) {
     const auto width = static_cast<std::size_t>(frame.width), height = static_cast<std::size_t>(frame.height);
     return (height - 1 - pixel / width) * width + pixel % width;
 }
 
-void write_raw(const fs::path& file, const Frame& frame, const std::vector<float>& values, std::size_t channels) {
+void write_upside_down(const fs::path& file, const Frame& frame, const std::vector<float>& values,
+                       std::size_t channels) {
     const std::size_t pixels = frame.depth.size();
     std::vector<float> four(4 * pixels, 1);
     for (std::size_t i = 0; i < pixels; ++i)
         for (std::size_t c = 0; c < 3; ++c)
             four[4 * i + c] = values[channels * flipped(frame, i) + c % channels];
-    std::ofstream(file, std::ios::binary)
-        .write(reinterpret_cast<const char*>(four.data()), static_cast<std::streamsize>(four.size() * sizeof(float)));
+    write_raw(file, four);
 }
 
 class Blender {
 public:
     explicit Blender(std::string program) : program_(std::move(program)) {}
 
+    // The picture, or with rounds how long they took.
     Blurred blurred(Frame frame, int rounds = 0, Clock clock = Clock::wall) const {
-        const TempFolder folder;
+        const TempFolder folder("fathom-blender");
         double largest = 0;
         for (float& z : frame.depth) {
             z = std::isfinite(z) ? z : 1e10f; // as Blender's own pass has it
             largest = std::max(largest, 0.5 * std::abs(static_cast<double>(frame.circle.k - frame.circle.g / z)));
         }
-        write_raw(folder / "depth.raw", frame, frame.depth, 1);
-        write_raw(folder / "color.raw", frame, frame.color, 3);
+        write_upside_down(folder / "depth.raw", frame, frame.depth, 1);
+        write_upside_down(folder / "color.raw", frame, frame.color, 3);
         constexpr double sensor = 36;
         const double lens_to_sensor = frame.scale / 2;
         std::ofstream(folder / "request.json") << nlohmann::json{
@@ -114,17 +90,18 @@ public:
                                     FATHOM_DEFOCUS + "' -- '" + folder.string() + "' >'" + folder.string() +
                                     "/log' 2>&1";
         if (std::system(command.c_str()) != 0 || !fs::exists(folder / "seconds.json"))
-            throw Error("Blender failed: " + contents(folder / "log"));
+            throw Error("Blender failed: " + read_text(folder / "log"));
         Blurred result;
-        const std::string raw = contents(folder / "result.raw");
-        std::vector<float> four(4 * frame.depth.size());
-        if (raw.size() != four.size() * sizeof(float))
-            throw Error("Blender's result has " + std::to_string(raw.size()) + " bytes");
-        std::memcpy(four.data(), raw.data(), raw.size());
-        for (std::size_t i = 0; i < frame.depth.size(); ++i)
-            for (std::size_t c = 0; c < 3; ++c)
-                result.color.push_back(four[4 * flipped(frame, i) + c]);
-        const auto seconds = nlohmann::json::parse(contents(folder / "seconds.json"));
+        if (rounds == 0) {
+            const std::vector<float> four = read_raw(folder / "result.raw");
+            if (four.size() != 4 * frame.depth.size())
+                throw Error("Blender's result has " + std::to_string(four.size()) + " numbers");
+            for (std::size_t i = 0; i < frame.depth.size(); ++i)
+                for (std::size_t c = 0; c < 3; ++c)
+                    result.color.push_back(four[4 * flipped(frame, i) + c]);
+            return result;
+        }
+        const auto seconds = nlohmann::json::parse(read_text(folder / "seconds.json"));
         const double without = median(seconds["without"].get<std::vector<double>>());
         for (const double with : seconds["with"].get<std::vector<double>>())
             result.seconds.push_back(with - without);
@@ -169,20 +146,21 @@ Figures row_of(const char* operation, std::string method, Method::Kind kind, con
             .height = height};
 }
 
-// The node's own time in the room that every method is timed in, beside dof's in the same run.
+// The node's own time in the room that every method is timed in, beside the floor in the same run.
 std::vector<Figures> timed(const Device& device, const Blender& blender, const std::vector<Method>& all, int width,
                            int height, const Effort& effort) {
     const View view = room_view(width, height);
     std::vector<Method> own;
     for (const Method& method : all)
-        if (method.name == floor_name || (method.operation == "dof" && method.kind == Method::Kind::library))
+        if (method.name == floor_name || (method.operation == "dof" && method.name == "fast"))
             own.push_back(method);
     std::vector<Figures> rows = presets(device, own, {view}, effort);
     Case on(device, view, 1);
     on.max_coc_px = width / 30.0;
     Figures row = row_of("dof", node, Method::Kind::blender, "room", width, height);
     row.radius_px = on.max_coc_px;
-    row.seconds = blender.blurred(frame_of(on), 3, effort.clock).seconds;
+    row.seconds =
+        blender.blurred(frame_of(on), width > error_size.first ? 1 : 3, effort.clock).seconds; // half a minute
     row.floor = floor_name;
     row.floor_seconds = rows.back().floor_seconds;
     effort.report(row);

@@ -1,8 +1,8 @@
 """usage: blender -b --factory-startup --python-exit-code 1 --python defocus.py -- FOLDER
 
 Blurs a picture with the compositor's Defocus node and times it. FOLDER holds request.json, and color.raw and depth.raw:
-four floats a pixel, the bottom row first. Writes result.raw, laid out like them, and seconds.json: what compositing took
-with the node and without it, in turn: on the wall, or of all threads.
+four floats a pixel, the bottom row first. Writes seconds.json: what compositing took with the node and without it, in so many
+rounds as are asked for: on the wall, or of all threads. Without rounds it writes result.raw, laid out like the others.
 """
 import array
 import json
@@ -64,6 +64,11 @@ def main():
             tree.links.new(node.outputs["Image"], output.inputs["Image"])
             seconds[name].append(composited(clock))
 
+    with open(os.path.join(FOLDER, "seconds.json"), "w") as file:
+        json.dump(seconds, file)
+    if request["rounds"]:
+        return
+
     settings = render.image_settings
     settings.file_format, settings.color_mode, settings.color_depth = "OPEN_EXR", "RGBA", "32"
     settings.exr_codec = "NONE"
@@ -76,8 +81,6 @@ def main():
     result.pixels.foreach_get(values)
     with open(os.path.join(FOLDER, "result.raw"), "wb") as file:
         values.tofile(file)
-    with open(os.path.join(FOLDER, "seconds.json"), "w") as file:
-        json.dump(seconds, file)
 
 
 main()

@@ -133,22 +133,6 @@ std::vector<Method> opencv_methods(const std::shared_ptr<Frames>& frames) {
     return list;
 }
 
-// The perspectives among the views, in OpenCV's axes.
-std::vector<View> opencv_views(int width, int height) {
-    std::vector<View> list;
-    for (View& view : views(width, height)) {
-        const oracle::Frustum frustum = *view.subject.frustum;
-        if (frustum.is_orthographic || frustum.plane || frustum.reversed)
-            continue;
-        const DepthSpan span{static_cast<double>(frustum.near), static_cast<double>(frustum.far)};
-        const Convention axes{ClipZ::negative_one_to_one, ClipY::up, ViewAxes::opencv};
-        view.subject = oracle::named(oracle::from_field_of_view(view_fov_y, 1.0 * width / height, span, axes),
-                                     view.name, width, height);
-        list.push_back(view);
-    }
-    return list;
-}
-
 // OpenCV's and those of the library that they are compared with.
 std::vector<Method> compared(Baselines& kernels) {
     std::vector<Method> list = opencv_methods(std::make_shared<Frames>());
@@ -186,8 +170,8 @@ int main(int argc, char** argv) {
         const int error_width = std::min(width, error_size.first), error_height = error_width * height / width;
         std::vector<Figures> rows =
             presets(device, list,
-                    {opencv_views(error_width, error_height).front(), opencv_views(width, height).front()}, effort);
-        for (Figures& row : errors(device, list, opencv_views(error_width, error_height), "", effort.report))
+                    {pinhole_views(error_width, error_height).front(), pinhole_views(width, height).front()}, effort);
+        for (Figures& row : errors(device, list, pinhole_views(error_width, error_height), "", effort.report))
             if (row.operation != "filter")
                 rows.push_back(std::move(row));
         if (!csv.empty())
