@@ -18,7 +18,8 @@ constexpr int stride = 7;                           // pixels from one sample to
 constexpr double radii[] = {1.0 / 20, 2.0 / 5};     // of ssao, in widths of the image
 constexpr double circles[] = {1.0 / 30, 1.0 / 120}; // of dof, in widths
 constexpr int occlusion_stride = 23;                // between the pixels of brute force: every phase of 4 x 4 alike
-constexpr int blur_stride = 23;                     // between the pixels whose lens is sampled
+constexpr int scene_stride = 11; // between those of rays into the scene, whose error few pixels decide
+constexpr int blur_stride = 23;  // between the pixels whose lens is sampled
 
 struct BlurSample {
     int x, y;
@@ -65,7 +66,7 @@ public:
     Deviation scene_error(const Method& method) {
         if (!rays_)
             rays_ = oracle::ray_traced(view_.scene, view_.camera(), rendered_, on_.radius(), oracle::sample_rays,
-                                       occlusion_stride);
+                                       scene_stride);
         return occlusion_error(method, *rays_, false);
     }
 

@@ -179,7 +179,7 @@ def timed(frames, request, slow):
         return clock() - begin
 
     for number in order:
-        once = run(number)  # compiles
+        once = run(number)
         if once <= LONGEST_RUN and number not in slow:
             once = run(number)
         if once > LONGEST_RUN or number in slow:
@@ -200,6 +200,9 @@ def main(folder):
     with open(os.path.join(folder, "request.json")) as file:
         request = json.load(file)
     answer, slow = [], set()
+    few = numpy.full((9, 16), 1, numpy.float32)
+    for _, _, method in METHODS:  # compiled once for all
+        method(Frame(request["frames"][0], 0.5 * few, few))
     for camera in request["frames"]:
         shape = camera["height"], camera["width"]
         stored, z = (numpy.fromfile(os.path.join(folder, f"{camera['name']}.{what}"), numpy.float32).reshape(shape)
