@@ -1,5 +1,5 @@
 // fathom_bench_python: what people write in Python for the same purposes beside Fathom's methods, on the same frames, as
-// bench/python/rivals.py has it. Distances and OpenCV's axes as in fathom_bench_opencv.
+// bench/python/baselines.py has it. Distances and OpenCV's axes as in fathom_bench_opencv.
 
 #include "errors.hpp"
 #include "sweeps.hpp"
@@ -23,7 +23,7 @@ using namespace fathom::bench;
 
 namespace {
 
-constexpr int missing = 77; ///< what rivals.py exits with where a package is not there
+constexpr int missing = 77; ///< what baselines.py exits with where a package is not there
 
 // Its name in the folder.
 std::string name_of(const View& view, bool is_timed) {
@@ -109,7 +109,7 @@ int main(int argc, char** argv) {
     }
     const auto& [effort, width, height, csv] = asked;
     try {
-        const std::string script = "'" + program + "' '" FATHOM_RIVALS "' ";
+        const std::string script = "'" + program + "' '" FATHOM_PYTHON_BASELINES "' ";
         if (const int status = std::system((script + "--check").c_str()); status != 0) {
             if (!WIFEXITED(status) || WEXITSTATUS(status) != missing)
                 std::printf("skipped: %s cannot be run\n", program.c_str());

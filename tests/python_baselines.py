@@ -1,14 +1,14 @@
 #!/usr/bin/env python3
-"""usage: rivals.py
+"""usage: python_baselines.py
 
-Are the ways of bench/python/rivals.py right where the truth is known? On a plane that a pinhole sees, whose depth, points and
+Are the ways of bench/python/baselines.py right where the truth is known? On a plane that a pinhole sees, whose depth, points and
 normal have closed forms. Exits 77 where NumPy, Numba or Open3D cannot be imported."""
 import pathlib
 import sys
 
 sys.path.insert(0, str(pathlib.Path(__file__).parents[1] / "bench" / "python"))
+import baselines  # noqa: E402
 import numpy  # noqa: E402
-import rivals  # noqa: E402
 
 U = 2.0**-24  # half a unit in the last place of a float, relative
 WIDTH, HEIGHT, FOCAL, NEAR, FAR = 320, 180, 186.0, 0.5, 50.0
@@ -21,24 +21,25 @@ z = 4 * NORMAL[2] / (rays @ NORMAL)  # the plane through (0, 0, 4)
 assert z.min() > NEAR and z.max() < FAR
 points = z[..., None] * rays
 stored = (FAR - NEAR * FAR / z) / (FAR - NEAR)
-frame = rivals.Frame({"near": NEAR, "far": FAR, "focal": FOCAL}, stored.astype(numpy.float32), z.astype(numpy.float32))
+frame = baselines.Frame({"near": NEAR, "far": FAR, "focal": FOCAL}, stored.astype(numpy.float32), z.astype(numpy.float32))
 
-# 1/z = (FAR - (FAR - NEAR) d) / (NEAR FAR): an error e of the stored value, below 1, is one of e (FAR - NEAR) z / (NEAR FAR) <
-# e z / NEAR of z. Storing has e = U / 2 of the largest power of two, NumPy's product and difference U / 2 each likewise, and
-# the subtrahend's factor and the quotient one rounding of U of their own: less than 4 U z / NEAR in all; Numba's sums are in
-# double, and only storing and the result are rounded.
+# z = NEAR FAR / D with D = FAR - (FAR - NEAR) d. Storing d < 1 is off by U / 2 at most, which is U / 2 FAR of D; rounding the
+# product below FAR by U FAR. Of D, which is NEAR FAR / z, that is U / 2 z / NEAR and U z / NEAR; the difference and the quotient
+# add U each. Numba's sums are in doubles, so only what is stored and the result are rounded.
 largest = z.max() / NEAR
-LINEARIZE = {"NumPy": 4 * U * largest, "Numba": U * largest + U}
-# z, the pixel's slope and their product are each rounded to floats, and Open3D's pixels as well.
+LINEARIZE = {"NumPy": 1.5 * U * largest + 2 * U, "Numba": 0.5 * U * largest + U}
+# z, the slope of the pixel's ray, their product, and a quotient in Open3D are rounded.
 UNPROJECT = 4 * U
-# Differences of two pixels are at least z / FOCAL long, and their ends off by 4 U of a distance of at most |ray| z; each normal
-# has two such differences, which meet at no less than 45 degrees, and one that leaves the plane by less turns it by less.
-LONGEST = numpy.linalg.norm(rays, axis=-1).max()
-NORMALS = 2 * 2**0.5 * (2 * 4 * U * LONGEST) * FOCAL
+# A normal is that of two differences of points. Each is at least one pixel, z / FOCAL, long and off by twice 4 U |ray| z; they
+# meet at an angle whose sine is at least 0.7. More points only average.
+down, right = numpy.gradient(points, axis=(0, 1))
+sine = numpy.linalg.norm(numpy.cross(down, right), axis=-1) / numpy.linalg.norm(down, axis=-1) / numpy.linalg.norm(right, axis=-1)
+assert sine.min() >= 0.7
+NORMALS = 2 * 2 * UNPROJECT * numpy.linalg.norm(rays, axis=-1).max() * FOCAL / 0.7
 
 failed = False
-for operation, name, method in rivals.METHODS:
-    got = rivals.array_of(frame, method(frame)).astype(float)
+for operation, name, method in baselines.METHODS:
+    got = baselines.array_of(frame, method(frame)).astype(float)
     if operation == "linearize":
         errors, bound = numpy.abs(got / z - 1), LINEARIZE[name]
     elif operation == "unproject":

@@ -1,4 +1,4 @@
-"""usage: rivals.py FOLDER | --check
+"""usage: baselines.py FOLDER | --check
 
 What people write in Python in place of linearize, unproject and normals. FOLDER holds request.json with the frames, and of each
 frame NAME.stored and NAME.z: floats, row by row, as stored and as distances. For each frame and method a file of floats is
