@@ -180,10 +180,10 @@ private:
         return {"visibility", off.bias, off.rmse, off.p99, off.worst, off.common, truth.size()};
     }
 
-    // Not where the circle reaches beyond the image.
+    // Not where the larger circle reaches beyond the image.
     void make_blur() {
         on_.set_color(picture_of(view_));
-        const int margin = static_cast<int>(on_.max_coc_px / 2) + 1;
+        const int margin = static_cast<int>(circles[0] * on_.width() / 2) + 1;
         for (int y = margin; y < on_.height() - margin; y += blur_stride)
             for (int x = margin; x < on_.width() - margin; x += blur_stride)
                 blur_.push_back({.x = x, .y = y});

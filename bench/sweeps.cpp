@@ -6,7 +6,6 @@
 #include <cstdlib>
 #include <functional>
 #include <map>
-#include <set>
 
 namespace fathom::bench {
 
@@ -84,19 +83,22 @@ void append(std::vector<Figures>& rows, std::vector<Figures> more) {
     rows.insert(rows.end(), std::make_move_iterator(more.begin()), std::make_move_iterator(more.end()));
 }
 
-// Names of the methods that take too long to be run again.
+// The methods that take too long to be run again on images of a width or wider.
 class Slow {
 public:
     void learn(const std::vector<Figures>& rows, Clock clock) {
         const double limit = clock == Clock::wall ? longest_run : 2 * longest_run; // of two cores
         for (const Figures& row : rows)
             if (median(row.seconds) > limit)
-                names_.insert(row.operation + ' ' + row.method);
+                widths_.emplace(row.operation + ' ' + row.method, row.width);
     }
-    bool contain(const Method& method) const { return names_.contains(method.operation + ' ' + method.name); }
+    bool contain(const Method& method, int width) const {
+        const auto found = widths_.find(method.operation + ' ' + method.name);
+        return found != widths_.end() && width >= found->second;
+    }
 
 private:
-    std::set<std::string> names_;
+    std::map<std::string, int> widths_;
 };
 
 // Of what the page chooses the best of each operation.
@@ -128,7 +130,8 @@ std::vector<Figures> presets(const Device& device, const std::vector<Method>& me
         const bool small = view.camera().width <= error_size.first;
         const bool large = view.camera().width >= 3840;
         const auto wanted = [&](const Method& m) {
-            return m.matches(effort.only) && !slow.contain(m) && (small || !m.swept) && (!large || chosen_from(m));
+            return m.matches(effort.only) && !slow.contain(m, on.width()) && (small || !m.swept) &&
+                   (!large || chosen_from(m));
         };
         const auto of = [&](const char* operation) {
             return [&wanted, operation](const Method& m) { return m.operation == operation && wanted(m); };

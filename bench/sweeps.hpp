@@ -41,7 +41,7 @@ inline constexpr Size error_size{960, 540};
 /// Every method in each of the views, with the floors: rays of a twentieth of the width, circles up to a thirtieth; and, in views
 /// less than 3840 wide, `ssao` with rays of two fifths and `dof` with a quarter of the circle too. Wider ones have the library's
 /// qualities and methods on floats alone. Those that were swept are timed at `error_size` or less only. What takes longer than
-/// `longest_run` is left out of the views that follow.
+/// `longest_run` is left out of the wider views that follow.
 std::vector<Figures> presets(const Device& device, const std::vector<Method>& methods, const std::vector<View>& views,
                              const Effort& effort);
 
