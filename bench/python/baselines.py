@@ -16,6 +16,7 @@ import sys
 import time
 import warnings
 
+os.environ["OMP_WAIT_POLICY"] = "PASSIVE"  # or threads of one package keep the cores from those of the next for 7 ms
 warnings.filterwarnings("ignore", message="The TBB threading layer")  # Numba takes another
 try:
     import numba
