@@ -5,6 +5,7 @@
 
 #include <fathom/camera.hpp>
 #include <fathom/import_camera.hpp>
+#include <fathom/pixel_rays.hpp>
 
 #include <OpenEXR/ImfArray.h>
 #include <OpenEXR/ImfChannelList.h>
@@ -670,6 +671,137 @@ TEST_CASE("cameras: a scene and a camera of BOP", "[io][cameras]") {
                               {});
             },
             {"\"depth_scale\": ", scale, "how many millimetres a code is"});
+}
+
+TEST_CASE("cameras: RealSense's intrinsics, whatever their model is called", "[io][cameras]") {
+    const TempFolder folder;
+    World world(27);
+    world.to_camera.setIdentity();
+    // librealsense's rs2_project_point_to_pixel, whose pixels are counted from the first one's centre.
+    const auto pixel_of = [](std::array<double, 5> k, bool is_modified) {
+        return [=](const Vector3d& p) {
+            const double x = p.x() / p.z(), y = p.y() / p.z(), r2 = x * x + y * y,
+                         f = 1 + k[0] * r2 + k[1] * r2 * r2 + k[4] * r2 * r2 * r2, xt = is_modified ? x * f : x,
+                         yt = is_modified ? y * f : y;
+            return Vector2d(500 * (x * f + 2 * k[2] * xt * yt + k[3] * (r2 + 2 * xt * xt)) + 321.5 + 0.5,
+                            510 * (y * f + 2 * k[3] * xt * yt + k[2] * (r2 + 2 * yt * yt)) + 237.5 + 0.5);
+        };
+    };
+    const auto file = [&](const std::string& more) {
+        return put(folder / "rs.json",
+                   R"({"width": 640, "height": 480, "ppx": 321.5, "ppy": 237.5, "fx": 500, "fy": 510)" + more + "}");
+    };
+    const std::string none = R"(, "coeffs": [0.0, 0.0, 0.0, 0.0, 0.0])";
+    for (const std::string& more :
+         {std::string(), R"(, "model": "distortion.brown_conrady")" + none,
+          R"(, "model": "Inverse Brown Conrady")" + none, R"(, "model": "distortion.none")" + none,
+          R"(, "model": "modified_brown_conrady")" + none}) {
+        const ImportedCamera made = reread(folder, import_camera(file(more), {.preset = "realsense"}));
+        CHECK(made.camera.scale == 0.001);
+        CHECK_FALSE(made.camera.lens);
+        check_sees(camera_for(made, 640, 480), world.points(pixel_of({}, false)), doubles);
+    }
+    const auto rays_lead_back = [&](const std::string& more, const auto& pixel) {
+        const Camera camera = camera_for(import_camera(file(more), {.preset = "realsense"}), 640, 480);
+        REQUIRE(camera.lens);
+        const PixelRays rays(camera);
+        for (const Vector3d& p : {Vector3d(0.3, -0.2, 1), {-0.4, 0.35, 1}, {0.1, 0.1, 1}}) {
+            const Vector2d at = pixel(p);
+            const auto ray = rays.ray_of(at.x(), at.y());
+            REQUIRE(ray);
+            CHECK((*ray - p.normalized()).norm() < 1e-9);
+        }
+    };
+    rays_lead_back(R"(, "model": "distortion.brown_conrady", "coeffs": [0.05, -0.04, 0.001, -0.002, 0.01])",
+                   pixel_of({0.05, -0.04, 0.001, -0.002, 0.01}, false));
+    rays_lead_back(R"(, "model": "distortion.modified_brown_conrady", "coeffs": [0.05, -0.04, 0, 0, 0.01])",
+                   pixel_of({0.05, -0.04, 0, 0, 0.01}, true));
+    const auto refused = [&](const std::string& more, const std::string& said) {
+        check_says([&] { import_camera(file(more), {.preset = "realsense"}); }, {"rs.json: ", said});
+    };
+    for (const char* model : {"inverse_brown_conrady", "modified_brown_conrady", "none"})
+        refused(R"(, "model": "distortion.)" + std::string(model) + R"(", "coeffs": [0.05, 0, 0.001, 0, 0])",
+                "align the colour to it (rs.align(rs.stream.depth))");
+    refused(R"(, "model": "distortion.kannala_brandt4")" + none, "must be none, brown_conrady");
+    refused(R"(, "model": 4)" + none, "must be none, brown_conrady");
+    refused(R"(, "coeffs": [0, 0])", "must be a list of 5 numbers");
+    check_says([&] { import_camera(file(none)); }, {"does not say what the values", "--preset realsense"});
+}
+
+TEST_CASE("cameras: ORB-SLAM's settings and KITTI's lines of matrices", "[io][cameras]") {
+    const TempFolder folder;
+    World world(28);
+    world.to_camera.setIdentity();
+    const auto pixel = [](const Vector3d& p) {
+        return Vector2d(500 * p.x() / p.z() + 321.5 + 0.5, 510 * p.y() / p.z() + 237.5 + 0.5);
+    };
+    const auto settings = [&](const std::string& camera, const std::string& more) {
+        std::string text = "%YAML:1.0\n\n# a comment\n";
+        for (const char* line : {"fx: 500.0", "fy: 510.0", "cx: 321.5", "cy: 237.5"})
+            text += camera + line + "\n";
+        return put(folder / "TUM1.yaml", text + more);
+    };
+    for (const std::string& more : {std::string("Camera.k1: 0.0\nCamera.k2: 0.0\nDepthMapFactor: 5000.0\n"),
+                                    std::string("Camera.width: 640\nRGBD.DepthMapFactor: 5000.0\n")}) {
+        const ImportedCamera made = reread(folder, import_camera(settings("Camera.", more)));
+        CHECK(made.camera.scale == 1 / 5000.0);
+        CHECK(made.camera.missing == 0.0);
+        check_sees(camera_for(made, 640, 480), world.points(pixel), doubles);
+    }
+    check_sees(
+        camera_for(import_camera(settings("Camera1.", "Camera.type: \"Rectified\"\n"), {.preset = "tum"}), 640, 480),
+        world.points(pixel), doubles);
+    const auto lens_of = [&](const std::string& more) {
+        return import_camera(settings("Camera.", more), {.preset = "tum"}).camera.lens;
+    };
+    const auto brown =
+        lens_of("Camera.k1: 0.2\nCamera.k2: -0.7\nCamera.p1: -0.005\nCamera.p2: 0.002\nCamera.k3: 0.9\n");
+    REQUIRE(brown);
+    CHECK(brown->law == LensLaw::brown);
+    CHECK(brown->k == std::vector{0.2, -0.7, -0.005, 0.002, 0.9});
+    const auto fisheye = lens_of(
+        "Camera.type: \"KannalaBrandt8\"\nCamera.k1: 0.003\nCamera.k2: 0.0007\nCamera.k3: -0.002\nCamera.k4: 0.0002\n");
+    REQUIRE(fisheye);
+    CHECK(fisheye->law == LensLaw::opencv_fisheye);
+    CHECK(fisheye->k == std::vector{0.003, 0.0007, -0.002, 0.0002});
+    check_says([&] { lens_of("Camera.type: \"Omni\"\n"); },
+               {"TUM1.yaml: ", "must be PinHole, Rectified or KannalaBrandt8"});
+    check_says([&] { import_camera(settings("Camera.", "DepthMapFactor: 0\n")); }, {"how many codes a metre has"});
+    check_says([&] { import_camera(settings("Camera.", "")); }, {"does not say what the values", "--preset tum"});
+    check_says([&] { import_camera(put(folder / "cut.yaml", "Camera.fx: 500.0\n"), {.preset = "tum"}); },
+               {"cut.yaml: ", "\"Camera.fy\": nothing must be a finite number"});
+
+    std::string lines = "calib_time: 09-Jan-2012 13:57:47\n";
+    for (const char* camera : {"0", "1", "2", "3"})
+        lines += std::string("P") + camera + ": 5.000000000000e+02 0 " + (camera[0] == '2' ? "321.5" : "300") + " -" +
+                 camera + "45.5 0 510 237.5 0.3 0 0 1 0.002\n";
+    const fs::path file =
+        put(folder / "calib.txt", lines + "R0_rect: 1 0 0 0 1 0 0 0 1\nTr: 1 0 0 0 0 1 0 0 0 0 1 0\n");
+    const ImportedCamera second = reread(folder, import_camera(file, {.image = "P2", .preset = "kitti"}));
+    CHECK(second.camera.scale == 1 / 256.0);
+    check_sees(camera_for(second, 640, 480), world.points(pixel), doubles);
+    check_says([&] { import_camera(file, {.preset = "kitti"}); },
+               {"has 4 cameras; say which with --image: P0, P1, P2, P3"});
+    check_says([&] { import_camera(file, {.image = "P2"}); }, {"does not say what the values", "--preset kitti"});
+}
+
+TEST_CASE("cameras: a byte order mark before a text is no part of it", "[io][cameras]") {
+    const TempFolder folder;
+    const std::string mark = "\xef\xbb\xbf", k = "500 0 321.5 0\n0 510 237.5 0\n0 0 1 0\n";
+    const auto centre_of = [&](const char* name, const std::string& text,
+                               ImportOptions options = {.preset = "scannet"}) {
+        const auto ahead =
+            pixel_of(camera_for(import_camera(put(folder / name, mark + text), options), 640, 480), {0, 0, 1});
+        REQUIRE(ahead);
+        CHECK((*ahead - Vector2d(322, 238)).norm() < 1e-9);
+    };
+    centre_of("4x4.txt", k + "0 0 0 1\n");
+    centre_of("3x4.txt", k);
+    centre_of("calib.txt", "P2: 500 0 321.5 0 0 510 237.5 0 0 0 1 0\n");
+    centre_of("k.yml", "%YAML:1.0\n---\ncamera_matrix: [500, 0, 321.5, 0, 510, 237.5, 0, 0, 1]\n");
+    centre_of("k.json",
+              R"({"intrinsics": {"fx": 500, "fy": 510, "cx": 321.5, "cy": 237.5, "pixel_origin": "centre"}})");
+    centre_of("cameras.txt", "# Camera list\n1 PINHOLE 640 480 500 510 322 238\n", {.preset = "colmap"});
 }
 
 TEST_CASE("cameras: a camera matrix in a text, as ScanNet has it", "[io][cameras]") {

@@ -260,6 +260,13 @@ Bytes read_file(const fs::path& file, std::uint64_t most) {
     return bytes;
 }
 
+std::string text_of_file(const fs::path& file, std::uint64_t most) {
+    const Bytes bytes = read_file(file, most);
+    constexpr Bytes::value_type mark[] = {0xef, 0xbb, 0xbf};
+    const bool is_marked = std::ranges::mismatch(bytes, mark).in2 == std::end(mark);
+    return {bytes.begin() + (is_marked ? std::ssize(mark) : 0), bytes.end()};
+}
+
 Bytes read_head(const fs::path& file, std::size_t most) {
     Bytes bytes(most);
     bytes.resize(OpenFile(file).read(bytes));

@@ -97,6 +97,9 @@ constexpr std::uint64_t most_text = 256 << 20;
 /// The whole file; one of more than `most` bytes is refused before it is read.
 Bytes read_file(const std::filesystem::path& file, std::uint64_t most = most_text);
 
+/// A text without the byte order mark of UTF-8 that some editors put before it.
+std::string text_of_file(const std::filesystem::path& file, std::uint64_t most = most_text);
+
 /// The first bytes of a file that is there; fewer than `most` of a shorter one.
 Bytes read_head(const std::filesystem::path& file, std::size_t most);
 

@@ -240,11 +240,12 @@ Imported import_parsed(const fs::path& file, json json, const ImportOptions& opt
             "has no images, so leave out --image; that is for COLMAP, transforms.json, BOP and Open3D's trajectories");
     if (options.undistorted)
         refuse(file, "is no calibration of OpenCV, ROS or Kalibr, which --undistorted is for; leave it out");
-    return gltf         ? import_gltf(file, json, options)
-           : transforms ? import_transforms(file, json, options)
-           : bop        ? import_bop(file, json, options)
-           : open3d     ? import_open3d(file, json, options)
-                        : Imported{.keys = std::move(json)};
+    return gltf                 ? import_gltf(file, json, options)
+           : transforms         ? import_transforms(file, json, options)
+           : bop                ? import_bop(file, json, options)
+           : open3d             ? import_open3d(file, json, options)
+           : is_realsense(json) ? import_realsense(file, json)
+                                : Imported{.keys = std::move(json)};
 }
 
 } // namespace fathom::io

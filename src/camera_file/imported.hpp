@@ -39,8 +39,10 @@ bool is_gltf(const nlohmann::json& json);
 bool is_transforms(const nlohmann::json& json);
 bool is_open3d(const nlohmann::json& json);
 bool is_bop(const nlohmann::json& json);
+bool is_realsense(const nlohmann::json& json);
 Imported import_open3d(const std::filesystem::path& file, const nlohmann::json& json, const ImportOptions& options);
 Imported import_bop(const std::filesystem::path& file, const nlohmann::json& json, const ImportOptions& options);
+Imported import_realsense(const std::filesystem::path& file, const nlohmann::json& json);
 Imported import_gltf(const std::filesystem::path& file, const nlohmann::json& gltf, const ImportOptions& options);
 Imported import_transforms(const std::filesystem::path& file, const nlohmann::json& json, const ImportOptions& options);
 

@@ -1,6 +1,8 @@
-// Calibrations in JSON: Open3D's intrinsics and camera parameters, and the cameras of a scene of the BOP benchmark.
+// Calibrations in JSON: Open3D's intrinsics and camera parameters, the cameras of a scene of the BOP benchmark, RealSense's intrinsics.
 //   x = fx X/Z + cx, y = fy Y/Z + cy, pixels counted from the centre of the first one; x right, y down, z ahead
 // Open3D, PinholeCameraIntrinsic: matrices column by column; the extrinsic one takes the world to the camera.
+// librealsense, doc/projection.md and rsutil.h: Brown-Conrady is OpenCV's; where it is modified, the tangential part takes points that
+// the radial part has moved; the inverse one leads the other way in old releases.
 // BOP toolkit, docs/bop_datasets_format.md: cam_K row by row, lengths in mm, and depth_scale from codes to mm.
 #include "imported.hpp"
 
@@ -8,6 +10,7 @@
 #include "json_object.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cctype>
 #include <iterator>
 
@@ -147,6 +150,41 @@ Imported import_bop(const fs::path& file, const json& object, const ImportOption
         view.topRightCorner<3, 1>() = 0.001 * Eigen::Map<const Eigen::Vector3d>(place.data());
         imported.keys["view"] = rows_of(view);
     }
+    return imported;
+}
+
+bool is_realsense(const json& object) {
+    return object.is_object() && std::ranges::all_of(std::array{"fx", "fy", "ppx", "ppy"},
+                                                     [&](const char* key) { return object.contains(key); });
+}
+
+Imported import_realsense(const fs::path& file, const json& object) {
+    Imported imported{.keys = {{"view_axes", "opencv"}},
+                      .cure = "name its source or give the keys: --preset realsense, or --preset "
+                              "encoding=view-z,scale=0.0001"};
+    json& pixels = imported.keys["intrinsics"] = {{"pixel_origin", "centre"}};
+    for (const auto& [key, name] : {std::pair{"fx", "fx"}, {"fy", "fy"}, {"cx", "ppx"}, {"cy", "ppy"}})
+        pixels[key] = number_at(file, object, name).value_or(0);
+    add_pixels(file, object, "", imported.keys);
+    const std::vector<double> k =
+        object.contains("coeffs") ? list_at(file, object, "coeffs", 5, "") : std::vector<double>(5);
+    // "distortion.brown_conrady" of Python, "Brown Conrady" of rs-enumerate-devices
+    std::string model = lower(object.value("model", json("none")).dump());
+    std::erase(model, '"');
+    model.erase(0, model.rfind('.') + 1);
+    std::ranges::replace_if(
+        model, [](char c) { return c == ' ' || c == '-'; }, '_');
+    const bool is_brown = model == "brown_conrady", is_modified = model == "modified_brown_conrady",
+               bends = std::ranges::any_of(k, [](double each) { return each != 0; });
+    if (model != "none" && model != "inverse_brown_conrady" && !is_brown && !is_modified)
+        refuse(file, "\"model\": " + shown(object["model"]) +
+                         " must be none, brown_conrady, modified_brown_conrady or inverse_brown_conrady");
+    if (bends && !is_brown && !(is_modified && k[2] == 0 && k[3] == 0))
+        refuse(file, "\"model\": " + shown(object.value("model", json("none"))) +
+                         " with coefficients that are not 0 is no lens that Fathom knows; take the depth as its own "
+                         "stream has it, and align the colour to it (rs.align(rs.stream.depth))");
+    if (const json lens = opencv_lens(file, k, "coeffs"); !lens.empty())
+        imported.keys["lens"] = lens;
     return imported;
 }
 

@@ -1,4 +1,4 @@
-// Calibrations in YAML: OpenCV's, Kalibr's, and CameraInfo of ROS as a file or as a printed message.
+// Calibrations in YAML: OpenCV's, ORB-SLAM's, Kalibr's, and CameraInfo of ROS as a file or as a printed message; KITTI's lines of matrices.
 //   x = fx X/Z + cx, y = fy Y/Z + cy, pixels counted from the centre of the first one; x right, y down, z ahead
 // OpenCV, calib3d; ROS, sensor_msgs/CameraInfo and REP 104 (P of rectified images, K of raw ones; regions and binning
 // as image_geometry has them), REP 118 (integers are millimetres, 0 is not measured; floats are metres, NaN is not).
@@ -260,6 +260,45 @@ Imported import_kalibr(const fs::path& file, const YAML::Node& map, const Import
     return imported;
 }
 
+/// ORB-SLAM2 and 3, Tracking::ParseCamParamFile: OpenCV's pinhole or fisheye, and how many codes a metre has.
+Imported import_orb_slam(const fs::path& file, const YAML::Node& map, const ImportOptions& options,
+                         const std::string& camera) {
+    const auto at = [&](const char* key) { return value(map, {(camera + key).c_str()}); };
+    const auto number_of = [&](const char* key) { return number(file, at(key), camera + key); };
+    Imported imported{.keys = {{"view_axes", "opencv"}},
+                      .cure =
+                          "name its source or give the keys: --preset tum, or --preset encoding=view-z,scale=0.001"};
+    json& pixels = imported.keys["intrinsics"] = {{"pixel_origin", "centre"}};
+    for (const char* key : {"fx", "fy", "cx", "cy"})
+        pixels[key] = number_of(key);
+    for (const char* key : {"width", "height"})
+        if (const int size = count(file, at(key), camera + key); size > 0)
+            imported.keys[key] = size;
+    const std::string type = word(map, "Camera.type");
+    const auto lens = [&]() -> json {
+        const bool is_fisheye = type == "KannalaBrandt8";
+        if (!is_fisheye && !type.empty() && type != "PinHole" && type != "Rectified")
+            refuse(file, "\"Camera.type\": " + type.substr(0, 60) + " must be PinHole, Rectified or KannalaBrandt8");
+        std::vector<double> k;
+        for (const char* key : {"k1", "k2", is_fisheye ? "k3" : "p1", is_fisheye ? "k4" : "p2", "k3"})
+            k.push_back(is_fisheye || at(key).IsDefined() ? number_of(key) : 0);
+        k.resize(is_fisheye ? 4 : 5);
+        return is_fisheye ? fisheye_lens(file, k, camera + "k1") : opencv_lens(file, k, camera + "k1");
+    };
+    if (options.undistorted)
+        set_raw_lens(imported, lens, pixels);
+    else if (type != "Rectified")
+        set_lens(imported, lens());
+    for (const char* key : {"DepthMapFactor", "RGBD.DepthMapFactor"})
+        if (const YAML::Node codes = value(map, {key}); codes.IsDefined()) {
+            if (!(number(file, codes, key) > 0))
+                refuse(file, std::string("\"") + key + "\": " + shown(codes) +
+                                 " must be positive: how many codes a metre has");
+            imported.otherwise = {{"encoding", "view-z"}, {"scale", 1 / number(file, codes, key)}, {"missing", 0}};
+        }
+    return imported;
+}
+
 /// Keys for a message.
 std::string keys_of(const YAML::Node& map) {
     std::vector<std::string> keys;
@@ -303,10 +342,19 @@ Imported import_matrix(const fs::path& file, const std::vector<double>& matrix) 
             .cure = "name its source or give the keys: --preset scannet, or --preset encoding=view-z,scale=0.001"};
 }
 
+/// The matrices of KITTI's calib.txt and calib_cam_to_cam.txt that are of rectified cameras, by their names.
+std::vector<std::string> cameras_of_kitti(const YAML::Node& map) {
+    std::vector<std::string> names;
+    for (const auto& item : map)
+        if (item.first.IsScalar() && item.first.Scalar().starts_with('P') && item.second.IsScalar())
+            if (const auto matrix = matrix_in(item.second.Scalar()); matrix && matrix->size() == 12)
+                names.push_back(item.first.Scalar());
+    return names;
+}
+
 Imported imported(const fs::path& file, const ImportOptions& options) {
     constexpr std::uint64_t most = 1 << 20; // YAML takes some two hundred times its bytes; calibrations have thousands
-    const Bytes bytes = read_file(file, most);
-    std::string text(bytes.begin(), bytes.end());
+    std::string text = text_of_file(file, most);
     if (text.starts_with("%YAML:")) // cv::FileStorage's directive, which YAML does not know
         text.erase(0, std::min(text.find('\n'), text.size()));
     if (const auto matrix = matrix_in(text)) {
@@ -321,11 +369,21 @@ Imported imported(const fs::path& file, const ImportOptions& options) {
             "a camera matrix");
     if (!cameras_of_kalibr(map).empty())
         return import_kalibr(file, map, options);
+    if (const std::vector<std::string> names = cameras_of_kitti(map); !names.empty()) {
+        const std::string& name = names[chosen(file, names, options.image, options.depth, "camera", "--image")];
+        Imported camera = import_matrix(file, *matrix_in(map[name].Scalar()));
+        camera.cure = "name its source or give the keys: --preset kitti, or --preset encoding=view-z,scale=0.00390625";
+        return camera;
+    }
     refuse_choice(file, options.image, "--image", formats_of_images);
+    for (const char* camera : {"Camera.", "Camera1."})
+        if (map[std::string(camera) + "fx"])
+            return import_orb_slam(file, map, options, camera);
     const bool ros = value(map, {"distortion_model", "projection_matrix", "k", "K"}).IsDefined();
     if (!ros && !map["camera_matrix"])
         refuse(file,
-               "has neither OpenCV's \"camera_matrix\" nor \"K\" of ROS nor cameras of Kalibr; it has " + keys_of(map));
+               "has neither OpenCV's \"camera_matrix\" nor \"K\" of ROS nor cameras of Kalibr or ORB-SLAM; it has " +
+                   keys_of(map));
     return ros ? import_ros(file, map, options) : import_opencv(file, map, options);
 }
 

@@ -142,8 +142,7 @@ std::vector<ColmapImage> read_binary_images(const fs::path& file) {
 
 /// Lines that are no comments.
 std::vector<std::string> lines_of(const fs::path& file) {
-    const Bytes bytes = read_file(file, longest);
-    std::istringstream text(std::string(bytes.begin(), bytes.end()));
+    std::istringstream text(text_of_file(file, longest));
     std::vector<std::string> lines;
     for (std::string line; std::getline(text, line);) {
         if (line.ends_with('\r'))
