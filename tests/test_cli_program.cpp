@@ -441,6 +441,20 @@ TEST_CASE("program: one bad input among several is told, the others are done") {
     CHECK(folder.results() == std::vector<std::string>{"a.exr", "c.exr"});
 }
 
+TEST_CASE("program: --json has a line for each input whose camera cannot be read") {
+    const Folder folder;
+    const std::string a = depth_file(folder, "a.png"), b = depth_file(folder, "b.png"), none = folder / "none.json";
+    for (const Arguments& command :
+         {Arguments{"linearize"}, {"ssao"}, {"dof", "--color", a, "--focus", "2", "--f-stop", "2"}}) {
+        const Outcome outcome = run(joined(command, {a, b, "--camera", none, "-o", folder / "out/", "--json"}));
+        CHECK(outcome.code == 1);
+        CHECK(contains(outcome.err, none + ": there is no such file"));
+        const std::string error = R"(","error":")" + none + R"(: there is no such file; check the path"})";
+        CHECK(outcome.out == R"({"input":")" + a + error + "\n" + R"({"input":")" + b + error + "\n");
+    }
+    CHECK(folder.results().empty());
+}
+
 TEST_CASE("program: a name with line breaks still makes one line") {
     const Folder folder;
     check_refused({"linearize", folder / "a\nb.png", "--camera", camera_file(folder), "-o", folder / "out/z.exr"}, 1,

@@ -93,8 +93,15 @@ ImportedCamera CameraOption::read() const {
 }
 
 void CameraOption::first_for(const std::function<void(const ImportedCamera&)>& use) const {
-    if (!is_pattern())
-        return use(read());
+    if (!is_pattern()) {
+        std::optional<ImportedCamera> camera;
+        try {
+            camera = read();
+        } catch (const Error&) { // is told when all inputs are planned
+            return;
+        }
+        return use(*camera);
+    }
     std::exception_ptr lacking;
     for (const Input& depth : inputs()) {
         try {

@@ -46,9 +46,9 @@ struct CameraOption {
     ImportedCamera read() const; ///< of all inputs, the first of which counts
     ImportedCamera read(std::vector<Input> depths, bool first_counts = false) const;
 
-    /// Calls `use` with the camera of the first input that has what it needs, for which it throws no UsageError. Where each
-    /// input has a camera of its own, and none can be read, that is told when their turns come.
-    /// Throws: what `read` does; the first UsageError of `use` where no camera has what it needs.
+    /// Calls `use` with the camera of the first input that has what it needs, for which it throws no UsageError. A camera that
+    /// cannot be read is told when all inputs are planned, or when the turn of its own comes.
+    /// Throws: UsageError where there is no camera, and the first one of `use` where none has what it needs.
     void first_for(const std::function<void(const ImportedCamera&)>& use) const;
 
     /// The camera of one input, whose values are stored like this.

@@ -8,6 +8,7 @@
 #include "terminal/exit.hpp"
 #include "terminal/interrupt.hpp"
 
+#include <fathom/error.hpp>
 #include <fathom/frames.hpp>
 
 #include <algorithm>
@@ -26,7 +27,12 @@ int each_depth(const DepthOptions& options, const Product& product, const More& 
     if (!options.relative.order) { // what is wrong for all inputs is told once
         std::vector<Input> read_as(jobs.size());
         std::ranges::transform(jobs, read_as.begin(), &Job::read_as);
-        options.camera.read(std::move(read_as));
+        try {
+            options.camera.read(std::move(read_as));
+        } catch (const Error& error) {
+            std::ranges::for_each(jobs, [&](const Job& job) { announce_failure(options.report, job, error.what()); });
+            throw;
+        }
     }
     catch_interrupts();
     std::vector<std::string> ranges;

@@ -148,17 +148,6 @@ void check_device(const std::exception_ptr& failure) {
     }
 }
 
-void announce_failure(Report report, const Job& job, const std::string& error) {
-    if (report != Report::json)
-        return;
-    Job of_input = job;
-    of_input.outputs.clear(); // which are not there
-    nlohmann::ordered_json line = files_in_json({}, of_input);
-    line["error"] = error;
-    print_json(line);
-    flush_output();
-}
-
 // A frame that is left out.
 void announce_left_out(Report report, const Job& job) {
     if (report == Report::line)
@@ -200,6 +189,17 @@ Report report_of(const DepthOptions& options) {
             fmt::format("--log -: stdout has the lines of {} already; name a file, or leave one of them out",
                         openjd ? "--progress openjd" : "--json"));
     return Report::nothing;
+}
+
+void announce_failure(Report report, const Job& job, const std::string& error) {
+    if (report != Report::json)
+        return;
+    Job of_input = job;
+    of_input.outputs.clear(); // which are not there
+    nlohmann::ordered_json line = files_in_json({}, of_input);
+    line["error"] = error;
+    print_json(line);
+    flush_output();
 }
 
 Telling::Telling(const DepthOptions& options, const std::vector<Output>& outputs, const std::vector<Job>& jobs,

@@ -19,6 +19,9 @@ namespace fathom::cli {
 /// Throws: UsageError where two kinds of lines are to stand there.
 Report report_of(const DepthOptions& options);
 
+/// A line of JSON for an input that failed, if such lines are wanted.
+void announce_failure(Report report, const Job& job, const std::string& error);
+
 /// Tells how a run goes: lines on stdout, errors and a bar on stderr, and the log.
 class Telling {
 public:
