@@ -756,6 +756,7 @@ TEST_CASE("mistakes: several channels that could be depth are told, unless one o
         {{"N.X", "N.Y", "N.Z", "Z"}, "Z", {}},
         {{"U", "V", "Z"}, "Z", {}},
         {{"Depth", "X", "Y", "Z"}, "Depth", {}},
+        {{"Z", "distance"}, "Z", {"distance"}},
     };
     const Folder folder;
     const std::string input = folder / "a.exr", camera = folder / "camera.json";
@@ -774,9 +775,36 @@ TEST_CASE("mistakes: several channels that could be depth are told, unless one o
             CHECK(contains(outcome.err, "channel \"" + each.taken + "\" is taken, but "));
         for (const std::string& other : each.others) {
             CHECK(contains(outcome.err, other));
-            check_done(joined(ask, {"--channel", other}));
+            CHECK(run(joined(ask, {"--channel", other})).code == 0);
         }
     }
+}
+
+TEST_CASE("mistakes: an EXR of distances along the ray is told where it counts as distances along the axis") {
+    const Folder folder;
+    const std::string z = folder / "z.npy", ray = folder / "ray.exr", camera = folder / "camera.json",
+                      of_rays = folder / "rays.json";
+    write_image(z, metres());
+    write(camera, "{" + wide + R"(, "encoding": "view-z"})");
+    write(of_rays, "{" + wide + R"(, "encoding": "ray-distance"})");
+    check_done({"linearize", z, "--camera", camera, "--as", "ray-distance", "-o", ray});
+    const auto linearize = [&](const std::string& input, const std::string& by) {
+        return run({"linearize", input, "--camera", by, "-o", folder / "out/back.exr"});
+    };
+    const std::string line = R"(channel "distance" is called like distances along the ray)",
+                      key = R"(say "encoding": "ray-distance")";
+    for (const Outcome& outcome : {linearize(ray, camera), run({"inspect", ray, "--camera", camera})}) {
+        CHECK(contains(outcome.err, line));
+        CHECK(contains(outcome.err, key));
+    }
+    const Outcome right = linearize(ray, of_rays);
+    CHECK(right.code == 0);
+    CHECK(right.err == "");
+    const cv::Mat back = read_depth(folder / "out/back.exr").values;
+    double worst = 0;
+    cv::minMaxLoc(cv::abs(back - metres()), nullptr, &worst);
+    CHECK(worst < 10 * 4 * 0x1p-24);
+    CHECK(linearize(z, camera).err == "");
 }
 
 TEST_CASE("mistakes: no random camera warns", "[exhaustive]") {

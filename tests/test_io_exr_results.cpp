@@ -540,7 +540,14 @@ TEST_CASE("exr results: a picture in other primaries than sRGB's is told where a
         const std::string line = std::string("out/") + out + ": counts as sRGB, but the header of the picture says ";
         CHECK(contains(fog(out, ap1), line + "ACEScg, "));
         CHECK(contains(fog(out, words("oiio:ColorSpace", "ACES - ACEScg")), line + "ACEScg, "));
+        CHECK(contains(fog(out, words("color_space", "acescg")), line + "ACEScg, "));
         CHECK(contains(fog(out, words("colorInteropID", "lin_ap0_scene")), line + "ACES2065-1, "));
+        CHECK(contains(fog(out,
+                           [&](Imf::Header& header) {
+                               primaries({640, 330}, {300, 600}, {150, 60})(header);
+                               words("oiio:ColorSpace", "ACEScg")(header);
+                           }),
+                       line + "ACEScg, "));
         CHECK(contains(fog(out, p3), line + "other primaries, "));
         CHECK(fog(out, primaries({640, 330}, {300, 600}, {150, 60})).empty());
         CHECK(fog(out, words("oiio:ColorSpace", "lin_srgb")).empty());

@@ -166,9 +166,12 @@ void Steps::load(Work& work) const {
         frame.windows = {{{0, 0}, *work.picture_size}, *work.picture_size};
     work.source = source_of(more_, frame, depth);
     check_append(work);
-    if (!is_relative())
-        work.channel_doubts = depth.channel.empty() ? page_doubts(frame.input)
-                                                    : channel_doubts(frame.input, options_.channel, depth.channel);
+    if (is_relative())
+        return;
+    work.channel_doubts =
+        depth.channel.empty() ? page_doubts(frame.input) : channel_doubts(frame.input, options_.channel, depth.channel);
+    if (const auto doubt = io::ray_channel_doubt(depth.channel, work.seen))
+        work.channel_doubts.push_back(*doubt);
 }
 
 // The size of the picture, if it is another than the depth's.

@@ -3,6 +3,7 @@
 #include "cli/command.hpp"
 #include "cli/options/depth_options.hpp"
 #include "io/cameras/camera_formats.hpp"
+#include "io/exr/depth_channels.hpp"
 #include "io/floats_on_host.hpp"
 #include "terminal/messages.hpp"
 
@@ -120,6 +121,8 @@ Findings inspected(const InspectArguments& options) {
             complain(fmt::format("warning: {}: {}", options.camera.name(), warning));
         const Camera camera = fathom::camera_for(imported, values.cols, values.rows);
         found.doubts = depth_doubts(camera, stored);
+        if (const auto doubt = io::ray_channel_doubt(found.depth.channel, camera))
+            found.doubts.push_back(*doubt);
         const cv::Mat z = decoded(found.depth, camera, options.device);
         found.camera = camera_findings(camera, stored, {reinterpret_cast<const float*>(z.data), z.total()});
     } catch (const std::invalid_argument& error) { // a field of the camera

@@ -42,15 +42,15 @@ struct Candidate {
 };
 
 /// The names of depth, the likeliest first. Z is OpenEXR's own name, Layer.Depth.Z and Layer.Depth.V are Blender's, V is
-/// its viewer's, Y is a grey image.
+/// its viewer's, Y is a grey image. Distances along the ray are called distance by `linearize`.
 struct DepthName {
     std::string_view name; ///< in lower case
     bool in_layer;         ///< is it depth at the end of a layer's name, too?
     bool says_depth;       ///< V and Y are any value
 };
-constexpr DepthName depth_names[] = {{"z", false, true},      {"depth.z", true, true}, {"v", false, false},
-                                     {"depth.v", true, true}, {"depth", true, true},   {"zdepth", true, true},
-                                     {"z", true, true},       {"y", false, false}};
+constexpr DepthName depth_names[] = {{"z", false, true},      {"depth.z", true, true},   {"v", false, false},
+                                     {"depth.v", true, true}, {"depth", true, true},     {"zdepth", true, true},
+                                     {"z", true, true},       {"distance", false, true}, {"y", false, false}};
 
 std::optional<std::size_t> rank_of(const std::string& name) {
     const auto found = std::ranges::find_if(depth_names, [&](const DepthName& depth) {
@@ -366,16 +366,18 @@ std::string exr_primaries(const std::filesystem::path& file, const std::string& 
     return refusing_damage(file, [&]() -> std::string {
         const Imf::MultiPartInputFile exr = open_exr(file);
         const Imf::Header& header = exr.header(choose(file, channels_of(exr), channel).part);
-        if (Imf::hasChromaticities(header)) {
-            const Imf::Chromaticities& said = Imf::chromaticities(header);
-            for (const auto& [name, primaries] : known)
-                if (alike(said, primaries))
-                    return name;
-            return alike(said, srgb) ? "" : "other primaries";
-        }
+        const bool has_primaries = Imf::hasChromaticities(header);
+        const Imf::Chromaticities said = has_primaries ? Imf::chromaticities(header) : srgb;
+        for (const auto& [name, primaries] : known)
+            if (alike(said, primaries))
+                return name;
+        if (!alike(said, srgb))
+            return "other primaries";
+        // Some programs write sRGB's whatever the space is.
         for (auto each = header.begin(); each != header.end(); ++each) {
             const auto* text = dynamic_cast<const Imf::StringAttribute*>(&each.attribute());
-            const std::string name = lower(each.name()), value = text ? lower(text->value()) : "";
+            std::string name = lower(each.name()), value = text ? lower(text->value()) : "";
+            std::erase_if(name, [](char c) { return c == '_' || c == ' '; });
             if (!name.ends_with("colorspace") && name != "colorinteropid")
                 continue;
             if (value.find("acescg") != value.npos || value == "lin_ap1_scene")
@@ -385,6 +387,14 @@ std::string exr_primaries(const std::filesystem::path& file, const std::string& 
         }
         return "";
     });
+}
+
+std::optional<std::string> ray_channel_doubt(const std::string& channel, const Camera& camera) {
+    if (camera.encoding != Encoding::view_z || lower(channel.substr(channel.rfind('.') + 1)) != "distance")
+        return std::nullopt;
+    return "channel \"" + channel +
+           "\" is called like distances along the ray, as fathom linearize --as ray-distance writes them; if they are, "
+           "say \"encoding\": \"ray-distance\"";
 }
 
 std::vector<std::string> depth_channels(const std::filesystem::path& file) {
