@@ -172,9 +172,34 @@ TEST_CASE("doubts: units that no source of metres or millimetres has are told", 
     check_told(millimetres, host(image<std::uint16_t>([](double z) { return 20 * z; }), Storage::uint16),
                "nearer than such cameras see");
     check_told(millimetres, host(image<std::uint16_t>([](double z) { return 5000 * z; }), Storage::uint16),
-               "0.0002 those of TUM");
+               "0.0002 if they are those of TUM");
     check_silent(millimetres,
                  host(image<std::uint16_t>([](double z) { return 2000 * z; }), Storage::uint16)); // to 20 m
+    // No advice is the scale that the source has, and what is advised helps.
+    for (const double scale : {0.01, 0.001, 0.0002, 0.0001}) {
+        Camera source = millimetres;
+        source.scale = scale;
+        std::vector<float> floats; // from 24 to 120 m
+        for (const float z : image<float>([](double z) { return 12 * z; }))
+            floats.push_back(z / static_cast<float>(scale));
+        const std::vector<std::string> said = depth_doubts(source, host(floats, Storage::float32));
+        REQUIRE(said.size() == 1);
+        INFO(scale << ": " << said.front());
+        CHECK(says(said, "where this source sees little"));
+        std::ostringstream own;
+        own << ' ' << scale << ' ';
+        CHECK_FALSE(says(said, own.str()));
+        bool is_any = false;
+        for (const double other : {0.01, 0.001, 0.0002, 0.0001}) {
+            std::ostringstream advised;
+            advised << ' ' << other << ' ';
+            const double median = 12 * (1 / 0.3) * other / scale; // of the slanted plane
+            const bool helps = other != scale && median <= 10;
+            is_any |= helps;
+            CHECK(says(said, advised.str()) == helps);
+        }
+        CHECK(says(said, "how many metres it has") == !is_any);
+    }
     // TUM has five times the millimetres of a Kinect. Here both see 0.5 to 2.5 m.
     Camera tum = millimetres;
     tum.scale = 0.0002;

@@ -279,6 +279,18 @@ Doubt invalid_doubt(const Subject& subject) {
     return text(percent(look.invalid, look.pixels), " of the pixels are invalid: ", reason(subject, found));
 }
 
+// The units of files that this image may have, of which `fits` is true, but for the one that the camera has.
+std::string units_of(const Camera& camera, const std::function<bool(double scale)>& fits) {
+    std::string units;
+    for (const auto& [scale, name] : {std::pair{0.001, "millimetres"},
+                                      {0.01, "centimetres"},
+                                      {0.0002, "those of TUM"},
+                                      {0.0001, "tenths of millimetres, as a D405 has"}})
+        if (scale != camera.scale && fits(scale))
+            units += text(units.empty() ? "" : ", ", number(scale), units.empty() ? " if they are " : " ", name);
+    return units.empty() ? "how many metres it has" : units;
+}
+
 // Distances in another unit.
 Doubt unit_doubt(const Subject& subject, bool distances) {
     const Look& look = subject.look;
@@ -301,11 +313,12 @@ Doubt unit_doubt(const Subject& subject, bool distances) {
     if (distances && camera.usual_metres > 0 && static_cast<double>(look.farthest) > camera.usual_metres) {
         const std::size_t far = look.surfaces() - nearer_than(camera.usual_metres);
         if (2 * far > look.surfaces())
-            return text(
-                percent(far, look.surfaces()), " of the surfaces lie beyond ", number(camera.usual_metres),
-                " metres, up to ", number(look.farthest, 4),
-                ", where this source sees little; if the values are in another unit, say \"scale\": 0.001 if they are "
-                "millimetres, 0.01 centimetres, 0.0002 those of TUM");
+            return text(percent(far, look.surfaces()), " of the surfaces lie beyond ", number(camera.usual_metres),
+                        " metres, up to ", number(look.farthest, 4),
+                        ", where this source sees little; if the values are in another unit, say \"scale\": ",
+                        units_of(camera, [&](double scale) {
+                            return 2 * nearer_than(camera.usual_metres * camera.scale / scale) >= look.surfaces();
+                        }));
     }
     if (distances && camera.usual_metres > 0 && subject.storage == Storage::uint16 && camera.scale == 0.001 &&
         look.farthest < few_units)
