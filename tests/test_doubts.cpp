@@ -1063,7 +1063,7 @@ TEST_CASE("doubts: pictures of all directions are told in codes and with noise, 
     const auto check = [&](const auto& ray_of, bool is_round) {
         for (const Eigen::Vector3d& at : {Eigen::Vector3d(0, 0, 0), {0.3, 0.1, 0.5}})
             for (const double scale : {0.0, 1.0 / 512, 0.001, 0.0001}) // floats, and codes
-                for (const double part : {0.0, 0.005}) {
+                for (const double part : {0.0, 0.005, 0.03}) {
                     std::vector<float> floats;
                     std::vector<std::uint16_t> codes;
                     for (int i = 0; i < columns * rows; ++i) {
@@ -1125,6 +1125,7 @@ TEST_CASE("doubts: pictures of all directions are told in codes and with noise, 
                    : has_sky      ? std::numeric_limits<double>::infinity()
                                   : 2 * end / (1 + 0.3 * ray.x());
         };
+        const double part = scene % 3 * 0.01; // of noise
         std::vector<float> pinhole, round, axis;
         const double right = number(0.5, 1.5);
         for (int i = 0; i < columns * rows; ++i) {
@@ -1132,10 +1133,12 @@ TEST_CASE("doubts: pictures of all directions are told in codes and with noise, 
                          across = (x / columns * 2 - 1) * std::numbers::pi, up = (0.5 - y / rows) * std::numbers::pi;
             const Eigen::Vector3d ray =
                 Eigen::Vector3d(right * (2 * x / columns - 1), -right * (y / rows - 0.5), 1).normalized();
-            pinhole.push_back(static_cast<float>(along(ray, false)));
-            axis.push_back(static_cast<float>(along(ray, false) * ray.z()));
-            round.push_back(static_cast<float>(
-                along({std::sin(across) * std::cos(up), std::sin(up), std::cos(across) * std::cos(up)}, true)));
+            const auto put = [&](std::vector<float>& to, double length) {
+                to.push_back(static_cast<float>(length * (1 + part * noise(random))));
+            };
+            put(pinhole, along(ray, false));
+            put(axis, along(ray, false) * ray.z());
+            put(round, along({std::sin(across) * std::cos(up), std::sin(up), std::cos(across) * std::cos(up)}, true));
         }
         camera = camera_of(Encoding::ray_distance, columns, rows);
         camera.projection = perspective(2 * std::atan(right / 2), 2, {0.1, 100});

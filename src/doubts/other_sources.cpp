@@ -11,6 +11,7 @@
 #include <cstdint>
 #include <limits>
 #include <numbers>
+#include <numeric>
 #include <optional>
 #include <span>
 #include <vector>
@@ -74,12 +75,16 @@ double quantile(std::vector<float>& values, double part) {
 // The second derivative of columns of an image of all directions along their angle, as a part of the values, where most pixels have
 // one; NaN otherwise.
 double median_bend(std::span<const std::vector<float>> columns, int height) {
-    const auto span = static_cast<std::size_t>(height / 16); // so long that noise does not count
+    const auto span = static_cast<std::size_t>(height / 16), most = std::max<std::size_t>(1, span / 2);
     const double angle = std::numbers::pi * static_cast<double>(span) / height;
     std::vector<float> bends;
+    const auto mean = [&](const std::vector<float>& column, std::size_t from) { // since noise would blur the bends
+        return std::accumulate(&column[from], &column[from] + most, 0.0f);
+    };
     for (const std::vector<float>& column : columns)
-        for (std::size_t i = span; i + span < column.size(); ++i) {
-            const float second = (column[i - span] - 2 * column[i] + column[i + span]) / column[i];
+        for (std::size_t i = span; i + span + most <= column.size(); ++i) {
+            const float middle = mean(column, i),
+                        second = (mean(column, i - span) - 2 * middle + mean(column, i + span)) / middle;
             if (std::isfinite(second))
                 bends.push_back(second / static_cast<float>(angle * angle));
         }
@@ -97,7 +102,9 @@ Doubt panorama_doubt(const Subject& subject) {
     std::vector<float> step, seam, half, mirrored; // of the rows, relative to the depth
     std::vector<float> firsts;                     // values of the first column
     constexpr int columns = 16;
-    std::array<std::vector<float>, columns> inverse, inverse_z; // 1 over the distance and over z, down some columns
+    const int wide = std::max(1, width / (4 * columns));
+    std::array<std::vector<float>, columns> inverse,
+        inverse_z; // sums of 1 over the distance and over z, down some columns
     const bool distances = counts_distances(subject.camera.encoding);
     subject.each([&](const HostDepth& values, const HostFloats& z) {
         if (z.width != width)
@@ -106,13 +113,16 @@ Doubt panorama_doubt(const Subject& subject) {
             const std::span<const float> row = row_of(z, y);
             for (int i = 0; i < columns; ++i) {
                 const int x = i * width / columns;
-                const float depth = row[static_cast<std::size_t>(x)];
-                float distance = depth;
-                if (distances) // along the rays of whichever picture it is
-                    visit_values(part_of(values, x, y, 1, 1),
-                                 [&](float value, std::uint32_t) { distance = std::abs(value); });
-                inverse[static_cast<std::size_t>(i)].push_back(std::isfinite(depth) ? 1 / distance : NAN);
-                inverse_z[static_cast<std::size_t>(i)].push_back(std::isfinite(depth) ? 1 / depth : NAN);
+                float sum = 0, sum_of_z = 0;
+                auto depth = row.begin() + x;
+                visit_values(part_of(values, x, y, wide, 1), [&](float value, std::uint32_t) {
+                    const float distance =
+                        distances ? std::abs(value) : *depth; // along the rays of whichever picture it is
+                    sum += std::isfinite(*depth) ? 1 / distance : NAN;
+                    sum_of_z += 1 / *depth++;
+                });
+                inverse[static_cast<std::size_t>(i)].push_back(sum);
+                inverse_z[static_cast<std::size_t>(i)].push_back(std::isfinite(sum) ? sum_of_z : NAN);
             }
             if (row[0] > 0 && std::isfinite(row[0]))
                 visit_values(part_of(values, 0, y, 1, 1),
