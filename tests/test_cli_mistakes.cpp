@@ -794,8 +794,8 @@ TEST_CASE("mistakes: an EXR of distances along the ray is told where it counts a
     const std::string line = R"(channel "distance" is called like distances along the ray)",
                       key = R"(say "encoding": "ray-distance")";
     for (const Outcome& outcome : {linearize(ray, camera), run({"inspect", ray, "--camera", camera})}) {
-        CHECK(contains(outcome.err, line));
-        CHECK(contains(outcome.err, key));
+        CHECK(contains(outcome.out + outcome.err, line));
+        CHECK(contains(outcome.out + outcome.err, key));
     }
     const Outcome right = linearize(ray, of_rays);
     CHECK(right.code == 0);

@@ -445,7 +445,7 @@ TEST_CASE("program: --json has a line for each input whose camera cannot be read
     const Folder folder;
     const std::string a = depth_file(folder, "a.png"), b = depth_file(folder, "b.png"), none = folder / "none.json";
     for (const Arguments& command :
-         {Arguments{"linearize"}, {"ssao"}, {"dof", "--color", a, "--focus", "2", "--f-stop", "2"}}) {
+         {Arguments{"linearize"}, {"ssao"}, {"dof", "--color", folder / "", "--focus", "2", "--f-stop", "2"}}) {
         const Outcome outcome = run(joined(command, {a, b, "--camera", none, "-o", folder / "out/", "--json"}));
         CHECK(outcome.code == 1);
         CHECK(contains(outcome.err, none + ": there is no such file"));

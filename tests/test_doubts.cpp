@@ -616,8 +616,7 @@ TEST_CASE("doubts: holes of round numbers are told, and codes that turn their si
             camera.encoding = Encoding::view_z;
             camera.scale = 0.001;
             INFO("up to " << farthest << ", " << chance << ", " << has_disc);
-            if (number > 1000)
-                check(camera, with(number, farthest * number, chance, has_disc), Storage::uint16, number);
+            check(camera, with(number, farthest * number, chance, has_disc), Storage::uint16, number);
             camera.scale = 1;
             check(camera, with(number, farthest * number, chance, has_disc), Storage::float32, number);
         }
@@ -829,6 +828,55 @@ TEST_CASE("doubts: small depth that was averaged over squares is told, and every
         }
     }
     CHECK(20 * missed <= asked);
+}
+
+TEST_CASE("doubts: depth that was averaged over squares is told where the borders lie level, too", "[doubts]") {
+    constexpr int columns = 960, rows = 720;
+    // A slanted wall below a hole that a rolling horizon ends, and with a hole whose sides are straight.
+    const auto wall = [](int x, int y) { return 3 + 0.0004 * x + 0.0003 * y; };
+    const auto is_hole = [](int x, int y, bool is_straight) {
+        return is_straight ? y < 203 || (y > 304 && y < 407) : y < 200 + 0.02 * x;
+    };
+    for (const bool is_straight : {false, true})
+        for (const auto& [code, scale, storage] : {std::tuple{0.0, 0.001, Storage::uint16},
+                                                   {65535.0, 0.001, Storage::uint16},
+                                                   {0.0, 1.0, Storage::float32},
+                                                   {1e10, 1.0, Storage::float32}})
+            for (const double wide : {1.5, 2.0, 3.0, 4.0}) {
+                const int small_columns = static_cast<int>(columns / wide), small_rows = static_cast<int>(rows / wide);
+                // The share of pixel k in square i, as cv::INTER_AREA has it.
+                const auto share = [&](int i, int k) {
+                    return std::max(0.0, std::min((i + 1) * wide, k + 1.0) - std::max(i * wide, double{1} * k)) / wide;
+                };
+                std::vector<double> nearest, averaged;
+                for (int y = 0; y < small_rows; ++y)
+                    for (int x = 0; x < small_columns; ++x) {
+                        const auto at = [&](int column, int row) {
+                            return is_hole(column, row, is_straight) ? code : wall(column, row) / scale;
+                        };
+                        double sum = 0;
+                        for (int row = static_cast<int>(y * wide); row < (y + 1) * wide; ++row)
+                            for (int column = static_cast<int>(x * wide); column < (x + 1) * wide; ++column)
+                                sum += share(x, column) * share(y, row) * at(column, row);
+                        averaged.push_back(sum);
+                        nearest.push_back(at(static_cast<int>((x + 0.5) * wide), static_cast<int>((y + 0.5) * wide)));
+                    }
+                Camera camera = camera_of(Encoding::view_z, small_columns, small_rows);
+                camera.scale = scale;
+                (code == 1e10 ? camera.background_from : camera.missing) = code;
+                const auto told = [&](const std::vector<double>& values) {
+                    std::vector<std::uint16_t> codes;
+                    for (const double value : values)
+                        codes.push_back(static_cast<std::uint16_t>(std::lround(std::min(value, 65535.0))));
+                    const std::vector<float> floats(values.begin(), values.end());
+                    return says(depth_doubts(camera, storage == Storage::float32 ? host(floats, storage, small_columns)
+                                                                                 : host(codes, storage, small_columns)),
+                                "it was filtered or resized");
+                };
+                INFO(code << ", squares of " << wide << (is_straight ? ", straight" : ", rolling"));
+                CHECK(told(averaged));
+                CHECK_FALSE(told(nearest));
+            }
 }
 
 TEST_CASE("doubts: values on the other side of 0 are told with the cure, whatever their sky is", "[doubts]") {

@@ -17,6 +17,7 @@
 #include <set>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace fathom {
@@ -99,18 +100,32 @@ struct FilteredBorders {
     std::size_t count = 0, filtered = 0;
 };
 
+/// Borders of pixels without depth along lines of an image.
+struct LineBorders {
+    /// On either side of them: for filters that blend, and that go beyond both, too.
+    std::array<FilteredBorders, 2> blended = {}, swinging = {};
+    FilteredBorders far_off =
+        {}; ///< those of numbers that are far off from the surface, on both sides, of filters that blend
+
+    /// A value, and whether it has no depth.
+    using Value = std::pair<float, bool>;
+    static Value value_of(const DepthForm& form, bool counts_distances, float value, std::uint32_t bits);
+
+    void add(std::span<const Value> line, const DepthForm& form, bool counts_distances);
+};
+
+struct Subject;
+
 /// Numbers that programs write where there is no depth, or the near plane's code.
 struct SharedNumbers {
     std::vector<float> numbers; ///< in ascending order
     std::vector<std::size_t> counts, pairs,
         alone; ///< of pixels that hold one of them; of those whose left neighbour does so, too, and neither
     std::size_t pixels = 0;
-    std::size_t constant = 0; ///< pixels with another value that their left neighbour and the row before have, too
-    std::array<FilteredBorders, 2> borders = {},
-                                   swinging_borders = {}; ///< of pixels without depth, on either side of them: for
-                                                          ///< filters that blend, and that go beyond both, too
-    FilteredBorders far_borders =
-        {}; ///< those of numbers that are far off from the surface, on both sides, of filters that blend
+    /// Pixels with another value that their left neighbour and the row before have, too; and those of integers that have a value
+    /// next to that of one of both.
+    std::size_t constant = 0, gradual = 0;
+    LineBorders borders = {}; ///< of rows
 
     SharedNumbers() = default;
     SharedNumbers(const Camera& camera, Storage storage);
@@ -118,6 +133,9 @@ struct SharedNumbers {
 
     /// Looks at the numbers in every so many pixels of a row, and in no borders.
     void add_some(const HostDepth& row, int step);
+
+    /// The borders of columns, of which `each` gives the rows in order.
+    LineBorders borders_of_columns(const Subject& subject) const;
 
 private:
     static constexpr std::size_t marks = 1024;
@@ -127,6 +145,7 @@ private:
     void count(float value, float left, float right, float& before);
 
     DepthForm form_{};
+    bool are_integers_ = false;
     bool counts_distances_ = false;
     std::vector<float> before_ = {}; ///< the row before
     std::bitset<marks> marks_ = {};  ///< of the numbers: most other values have none

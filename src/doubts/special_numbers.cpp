@@ -25,6 +25,7 @@ constexpr double many_alone = 0.005;         // of the pixels, with the number a
 constexpr double many_at_the_near = 0.02;    // of the pixels, that no scene has on the near plane itself
 constexpr double apart = 1.25;               // times the value farthest out
 constexpr double round_apart = 1.5;          // the same for blocks of 1000, 10000 and so on, which are distances, too
+constexpr std::size_t many_steps = 10;       // steps by one code for so many pixels without any
 constexpr double no_wall = 10;               // times that, before which no room has a wall
 constexpr double apart_of_range = 0.25;      // of the range of all others, where a ratio says nothing
 constexpr double above_nothing = 0.01;       // of the largest value: what is nearer may begin at 0
@@ -33,7 +34,7 @@ constexpr double many_filtered = 0.3;        // of the borders of what has no de
 constexpr double many_filtered_buffer = 0.6; // the same of depth buffers, in which far surfaces are near the sky
 constexpr std::size_t least_filtered = 32;   // borders
 // Where the number is so many times the surface's depth, hardly anything else lies between, and fewer borders tell.
-constexpr float far_off = 1000;
+constexpr float far_off_times = 1000;
 constexpr double many_of_far = 0.1;
 constexpr std::size_t least_of_far = 8;
 constexpr std::size_t least_of_side = 12; // borders, that speak for themselves
@@ -124,7 +125,7 @@ bool stands_apart(double number, Others others, bool has_depth, bool is_float, b
 } // namespace
 
 SharedNumbers::SharedNumbers(const Camera& camera, Storage storage)
-    : form_(depth_form(straightened(camera), storage)),
+    : form_(depth_form(straightened(camera), storage)), are_integers_(!is_float(storage)),
       counts_distances_(form_.perspective && counts_distances(camera.encoding)) {
     if (is_metric(camera.encoding))
         numbers = numbers_without_depth(camera.scale < 0);
@@ -148,6 +149,8 @@ void SharedNumbers::count(float value, float left, float right, float& before) {
         alone[i] += !is_pair && value != right;
     } else {
         constant += is_pair && value == before;
+        const auto is_next = [&](float other) { return std::abs(value - other) == 1; };
+        gradual += are_integers_ && (is_next(left) || is_next(before));
     }
     before = value;
 }
@@ -163,19 +166,46 @@ void SharedNumbers::add_some(const HostDepth& row, int step) {
 }
 
 void SharedNumbers::add(const HostDepth& row) {
-    std::vector<std::pair<float, bool>> values; // and whether it has no depth
+    std::vector<LineBorders::Value> values;
     values.reserve(static_cast<std::size_t>(row.width));
-    bool has_border = false;
     before_.resize(static_cast<std::size_t>(row.width), std::numeric_limits<float>::quiet_NaN());
     visit_values(row, [&](float value, std::uint32_t bits) {
-        const bool is_ahead = !counts_distances_ || value * form_.farther > 0; // the others have no depth, named or not
-        values.emplace_back(value, kind_of(form_, value, bits) != StoredKind::depth || !is_ahead);
-        has_border |= values.back().second;
+        values.push_back(LineBorders::value_of(form_, counts_distances_, value, bits));
     });
     for (std::size_t x = 0; x < values.size(); ++x) // what is cut off at an end goes on there
         count(values[x].first, x > 0 ? values[x - 1].first : NAN, values[std::min(x + 1, values.size() - 1)].first,
               before_[x]);
-    if (!has_border)
+    borders.add(values, form_, counts_distances_);
+}
+
+LineBorders SharedNumbers::borders_of_columns(const Subject& subject) const {
+    constexpr int most_columns = 128;
+    const int width = subject.camera.width, across = 1 + width / most_columns;
+    std::vector<std::vector<LineBorders::Value>> columns(static_cast<std::size_t>((width + across - 1) / across));
+    subject.each([&](const HostDepth& values, const HostFloats&) {
+        if (values.width != width)
+            return;                             // a sample
+        for (int y = 0; y < values.height; ++y) // for the sake of caches
+            for (int x = 0; x < width; x += across)
+                visit_values(part_of(values, x, y, 1, 1), [&](float value, std::uint32_t bits) {
+                    columns[static_cast<std::size_t>(x / across)].push_back(
+                        LineBorders::value_of(form_, counts_distances_, value, bits));
+                });
+    });
+    LineBorders found;
+    for (const auto& column : columns)
+        found.add(column, form_, counts_distances_);
+    return found;
+}
+
+LineBorders::Value LineBorders::value_of(const DepthForm& form, bool counts_distances, float value,
+                                         std::uint32_t bits) {
+    const bool is_ahead = !counts_distances || value * form.farther > 0; // the others have no depth, named or not
+    return {value, kind_of(form, value, bits) != StoredKind::depth || !is_ahead};
+}
+
+void LineBorders::add(std::span<const Value> values, const DepthForm& form, bool counts_distances) {
+    if (std::ranges::none_of(values, &Value::second))
         return;
     const auto look_from = [&](std::size_t side, const auto& at) {
         for (std::size_t i = 0; i < values.size(); ++i) {
@@ -196,27 +226,27 @@ void SharedNumbers::add(const HostDepth& row) {
             };
             const auto is_between = [](float part) { return part > 0.1f && part < 0.9f; };
             if (is_border(blend_px, 0.02f)) {
-                ++borders[side].count;
-                borders[side].filtered += is_between(way(blend_px, 1));
-                if (std::abs(number) >= far_off * std::abs(at(i + blend_px).first)) {
-                    ++far_borders.count;
-                    far_borders.filtered += is_between(way(blend_px, 1));
+                ++blended[side].count;
+                blended[side].filtered += is_between(way(blend_px, 1));
+                if (std::abs(number) >= far_off_times * std::abs(at(i + blend_px).first)) {
+                    ++far_off.count;
+                    far_off.filtered += is_between(way(blend_px, 1));
                 }
             }
             if (is_border(ring_px, 0.05f)) {
                 bool swings = false;
                 for (std::size_t k = 2; k + 2 < ring_px; ++k)
                     swings |= way(ring_px, k) > 1.03f;
-                ++swinging_borders[side].count;
-                swinging_borders[side].filtered += swings && is_between(way(ring_px, 1));
+                ++swinging[side].count;
+                swinging[side].filtered += swings && is_between(way(ring_px, 1));
             }
             // Cubic filters overshoot: from a number that stands for far away they may lead past 0 within a few pixels.
-            if (counts_distances_ && depths < blend_px && i + depths + 1 < values.size() && std::isfinite(number)) {
+            if (counts_distances && depths < blend_px && i + depths + 1 < values.size() && std::isfinite(number)) {
                 const float beyond = at(i + depths + 1).first / number;
-                if (number * form_.farther > 0 && beyond < -0.005f && beyond > -0.2f &&
+                if (number * form.farther > 0 && beyond < -0.005f && beyond > -0.2f &&
                     is_between(at(i + depths).first / number)) {
-                    ++swinging_borders[side].count;
-                    ++swinging_borders[side].filtered;
+                    ++swinging[side].count;
+                    ++swinging[side].filtered;
                 }
             }
         }
@@ -288,8 +318,9 @@ std::optional<std::string> special_number_doubt(const Subject& subject) {
                         ", which is the near plane, and nothing lies just behind it; if that is the sky, ", cure,
                         "; if nothing was measured there, say \"missing\": ", number(stored, 17));
         }
-        // A wall that is seen straight on has one depth, too.
+        // A wall that is seen straight on has one depth, too. A slanted one has steps where its codes are coarse.
         const bool may_be_wall = has_depth && !integer_disparity && !is_scattered &&
+                                 many_steps * shared.gradual < shared.constant &&
                                  2 * shared.constant >= std::min(shared.pairs[i], shared.pixels - shared.counts[i]) &&
                                  std::abs(value) < std::min(65504.0, no_wall * others.greatest);
         if (may_be_wall || (!integer_disparity && !stands_apart(value, others, has_depth, floats, is_scattered)))
@@ -329,18 +360,24 @@ std::optional<std::string> filtered_doubt(const Subject& subject) {
     const auto are_many = [&](const FilteredBorders& borders) {
         return static_cast<double>(borders.filtered) > many * static_cast<double>(borders.count);
     };
-    const FilteredBorders& far_off_ones = subject.numbers.far_borders;
     std::optional<FilteredBorders> told;
-    if (far_off_ones.filtered >= least_of_far &&
-        static_cast<double>(far_off_ones.filtered) > many_of_far * static_cast<double>(far_off_ones.count))
-        told = far_off_ones;
-    for (const auto& sides : {subject.numbers.borders, subject.numbers.swinging_borders}) {
-        const FilteredBorders all{sides[0].count + sides[1].count, sides[0].filtered + sides[1].filtered};
-        // Something narrow casts its shadow on one side.
-        if (!told && all.filtered >= least_filtered && are_many(all) &&
-            std::ranges::all_of(sides, [&](const auto& side) { return side.count < least_of_side || are_many(side); }))
-            told = all;
-    }
+    const auto look_at = [&](const LineBorders& borders) {
+        const FilteredBorders& far_off = borders.far_off;
+        if (far_off.filtered >= least_of_far &&
+            static_cast<double>(far_off.filtered) > many_of_far * static_cast<double>(far_off.count))
+            told = far_off;
+        for (const auto& sides : {borders.blended, borders.swinging}) {
+            const FilteredBorders all{sides[0].count + sides[1].count, sides[0].filtered + sides[1].filtered};
+            // Something narrow casts its shadow on one side.
+            if (!told && all.filtered >= least_filtered && are_many(all) &&
+                std::ranges::all_of(sides,
+                                    [&](const auto& side) { return side.count < least_of_side || are_many(side); }))
+                told = all;
+        }
+    };
+    look_at(subject.numbers.borders);
+    if (!told && subject.look.surfaces() < subject.look.pixels)
+        look_at(subject.numbers.borders_of_columns(subject));
     if (!told)
         return std::nullopt;
     return text("beside pixels without depth ", percent(told->filtered, told->count),
