@@ -20,7 +20,7 @@ struct HalfResolution {
     int slices, samples, jitter;
     double growth;
 };
-constexpr HalfResolution half_resolution[] = {{1, 22, 16, 2.3}, {2, 26, 16, 3}, {3, 66, 16, 2}};
+constexpr HalfResolution half_resolution[] = {{1, 22, 16, 2.3}, {2, 26, 16, 3}, {3, 60, 16, 2}};
 
 std::size_t index(int x, int y, int row = width) {
     return static_cast<std::size_t>(y) * static_cast<std::size_t>(row) + static_cast<std::size_t>(x);
@@ -60,9 +60,9 @@ std::vector<float> yard(const Camera& camera, double forward = 0) {
         .stored;
 }
 
-// 39 to 200 pixels, 104 to 530 and 78 to 400: the qualities ask for 48, 128 and 96.
+// 39 to 200 pixels, 104 to 530 and 53 to 270: the qualities ask for 48, 128 and 64.
 double yard_radius(Quality quality) {
-    constexpr double of_quality[] = {2, 5.3, 4};
+    constexpr double of_quality[] = {2, 5.3, 2.7};
     return of_quality[static_cast<int>(quality)];
 }
 

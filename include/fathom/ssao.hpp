@@ -24,7 +24,7 @@ struct Sampling {
     std::optional<int> slices = {};  ///< planes through the view ray, 1 to 64
     std::optional<int> samples = {}; ///< samples on either side of a slice, 1 to 256
     /// Up to how many times as many samples long rays take, 1 to 8: they grow with the square root of the radius beyond 48 pixels.
-    /// Default: 1, or 1.2 for `accurate`, and more where a quality chooses half resolution.
+    /// Default: 1, or 2 for `accurate`, and more where a quality chooses half resolution.
     std::optional<double> growth = {};
     /// 1, 4 or 16 neighbouring pixels turn and shift their slices and samples, and are averaged over as many afterwards. 1 turns
     /// both off.

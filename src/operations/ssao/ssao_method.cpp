@@ -8,7 +8,7 @@
 namespace fathom {
 
 Counts counts_of(const Sampling& sampling) {
-    constexpr Counts of_quality[] = {{1, 6, 16, 1}, {1, 32, 16, 1}, {4, 30, 4, 1.2}};
+    constexpr Counts of_quality[] = {{1, 6, 16, 1}, {1, 32, 16, 1}, {4, 30, 4, 2}};
     Counts chosen = of_quality[static_cast<int>(sampling.quality)];
     chosen.slices = sampling.slices.value_or(chosen.slices);
     chosen.samples = sampling.samples.value_or(chosen.samples);
@@ -19,7 +19,7 @@ Counts counts_of(const Sampling& sampling) {
 
 const HalfResolution& half_of(Quality quality) {
     static constexpr HalfResolution of_quality[] = {
-        {1, 22, 16, 2.3, 48, 48}, {2, 26, 16, 3, 128, 192}, {3, 66, 16, 2, 96, 192}};
+        {1, 22, 16, 2.3, 48, 48}, {2, 26, 16, 3, 128, 192}, {3, 60, 16, 2, 64, 192}};
     return of_quality[static_cast<int>(quality)];
 }
 
