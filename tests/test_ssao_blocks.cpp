@@ -20,7 +20,7 @@ struct HalfResolution {
     int slices, samples, jitter;
     double growth;
 };
-constexpr HalfResolution half_resolution[] = {{1, 22, 16, 2.3}, {2, 26, 16, 3}, {3, 60, 16, 2}};
+constexpr HalfResolution half_resolution[] = {{1, 22, 16, 2.3}, {2, 26, 16, 3}, {3, 66, 16, 2}};
 
 std::size_t index(int x, int y, int row = width) {
     return static_cast<std::size_t>(y) * static_cast<std::size_t>(row) + static_cast<std::size_t>(x);

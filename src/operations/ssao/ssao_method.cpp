@@ -19,7 +19,7 @@ Counts counts_of(const Sampling& sampling) {
 
 const HalfResolution& half_of(Quality quality) {
     static constexpr HalfResolution of_quality[] = {
-        {1, 22, 16, 2.3, 48, 48}, {2, 26, 16, 3, 128, 192}, {3, 60, 16, 2, 64, 192}};
+        {1, 22, 16, 2.3, 48, 48}, {2, 26, 16, 3, 128, 192}, {3, 66, 16, 2, 64, 192}};
     return of_quality[static_cast<int>(quality)];
 }
 
