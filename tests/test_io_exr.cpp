@@ -66,7 +66,7 @@ TEST_CASE("exr: the channel that is named like depth is taken", "[io]") {
         {{"B", "G", "R", "left.Z"}, "left.Z"},
         {{"N.X", "N.Y", "N.Z", "left.Z"}, "left.Z"},
         {{"Depth", "U", "V"}, "Depth"},
-        {{"distance", "Y"}, "Y"},
+        {{"distance", "Y"}, "distance"},
     };
     for (const auto& each : cases) {
         const ExrImage picture{.channels = each.channels};
