@@ -170,7 +170,7 @@ TEST_CASE("ignore program: what is wrong is told in one line, with the cure") {
     refused({"--valid", "3,1"}, 2, "MIN <= MAX");
     refused({"--valid", "3"}, 2, "MIN <= MAX");
     refused({"--ignore", scene.saved("all.png", cv::Mat(height, width, CV_8UC1, cv::Scalar(1)))}, 1,
-            "no pixel is left that counts");
+            "all.png is an alpha or a confidence, add --ignore-below");
     refused({"--ignore", scene.saved("small.png", mask_of()(cv::Rect(0, 0, 8, 8)))}, 1,
             "a mask has the size of the depth");
     refused({"--ignore", scene.saved("mask.jpg", mask_of())}, 1, "is a JPEG");

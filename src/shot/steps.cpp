@@ -298,6 +298,20 @@ void Steps::examine(Work& work) const {
         bring_up(work);
 }
 
+namespace {
+
+std::string nothing_left(const DepthOptions& options) {
+    std::string said =
+        "no pixel is left that counts and has a depth; choose other --ignore and --valid (fathom inspect "
+        "shows the depths that there are)";
+    if (!options.ignore.empty() && !options.ignore_below)
+        said += "; if " + options.ignore +
+                " is an alpha or a confidence, add --ignore-below: all that is not 0 in it does not count";
+    return said;
+}
+
+} // namespace
+
 void Steps::find_doubts(Work& work) const {
     if (is_relative()) {
         work.held = held(work.relative->input);
@@ -307,10 +321,8 @@ void Steps::find_doubts(Work& work) const {
     work.held = held(work.depth.channel, work.subject.look);
     work.value_doubts = doubts(work.subject);
     if (const auto refused = refusal(work.subject))
-        throw Error(work.invalid && work.subject.look.invalid == work.subject.look.pixels
-                        ? "no pixel is left that counts and has a depth; choose other --ignore and --valid "
-                          "(fathom inspect shows the depths that there are)"
-                        : *refused);
+        throw Error(work.invalid && work.subject.look.invalid == work.subject.look.pixels ? nothing_left(options_)
+                                                                                          : *refused);
     const cv::Size display = size_for(work.camera, work.depth.windows, work.picture_size);
     work.camera_doubts = key_doubts(work.camera.text, display.width, display.height);
 }
