@@ -23,6 +23,21 @@ bool Comparison::takes(int& i, int argc, char** argv) {
     i += taken;
     return taken;
 }
+
+std::optional<int> Comparison::read(int argc, char** argv, const char* help, const char* of_program,
+                                    std::string* program) {
+    for (int i = 1; i < argc; ++i) {
+        const std::string option = argv[i];
+        if (program && option == of_program && i + 1 < argc) {
+            *program = argv[++i];
+        } else if (!takes(i, argc, argv)) {
+            std::fputs(help, option == "--help" ? stdout : stderr);
+            return option == "--help" ? 0 : 2;
+        }
+    }
+    return std::nullopt;
+}
+
 namespace {
 
 double radius_of(const Method& method, const Case& on) {

@@ -4,6 +4,7 @@
 #include "methods.hpp"
 
 #include <functional>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -25,7 +26,12 @@ struct Comparison {
     int width = 1920, height = 1080;
     std::string csv = {};
 
-    /// Is argument `i` one of --size, --rounds, --seconds, --processor-time and --csv? If so it is taken, and `i` is its last.
+    /// Takes --size, --rounds, --seconds, --processor-time and --csv, and `program` after the option `of_program`, if that is given.
+    /// An exit status where nothing else is to be done: after `help`, which an unknown argument brings, too.
+    std::optional<int> read(int argc, char** argv, const char* help, const char* of_program = "",
+                            std::string* program = nullptr);
+
+private:
     bool takes(int& i, int argc, char** argv);
 };
 

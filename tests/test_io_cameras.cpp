@@ -198,6 +198,11 @@ Imath::M44f written(const Matrix4d& matrix, bool for_rows) {
     return m;
 }
 
+// Of a camera of 500 and 510 pixels that looks through (321.5, 237.5), where the first pixel's centre lies at 0.
+Vector2d pixel(const Vector3d& p) {
+    return {500 * p.x() / p.z() + 321.5 + 0.5, 510 * p.y() / p.z() + 237.5 + 0.5};
+}
+
 } // namespace
 
 TEST_CASE("camera file: camera_to_world is the inverse of view, and one of both is enough", "[io][cameras]") {
@@ -641,9 +646,6 @@ TEST_CASE("cameras: a scene and a camera of BOP", "[io][cameras]") {
                           rows(world.to_camera) + R"(], "cam_t_w2c": [)" + number(place.x()) + ", " +
                           number(place.y()) + ", " + number(place.z()) + "]}";
     const fs::path file = put(folder / "scene_camera.json", R"({"0": )" + first + R"(, "12": )" + moved + "}");
-    const auto pixel = [](const Vector3d& p) {
-        return Vector2d(500 * p.x() / p.z() + 321.5 + 0.5, 510 * p.y() / p.z() + 237.5 + 0.5);
-    };
     constexpr double through_millimetres = doubles + 4 * 0x1p-53;
     for (const ImportOptions& options :
          {ImportOptions{.image = "12"}, {.image = "000012"}, {.depth = "depth/000012.png"}}) {
@@ -732,9 +734,6 @@ TEST_CASE("cameras: ORB-SLAM's settings and KITTI's lines of matrices", "[io][ca
     const TempFolder folder;
     World world(28);
     world.to_camera.setIdentity();
-    const auto pixel = [](const Vector3d& p) {
-        return Vector2d(500 * p.x() / p.z() + 321.5 + 0.5, 510 * p.y() / p.z() + 237.5 + 0.5);
-    };
     const auto settings = [&](const std::string& camera, const std::string& more) {
         std::string text = "%YAML:1.0\n\n# a comment\n";
         for (const char* line : {"fx: 500.0", "fy: 510.0", "cx: 321.5", "cy: 237.5"})
@@ -808,9 +807,6 @@ TEST_CASE("cameras: a camera matrix in a text, as ScanNet has it", "[io][cameras
     const TempFolder folder;
     World world(25);
     world.to_camera.setIdentity();
-    const auto pixel = [](const Vector3d& p) {
-        return Vector2d(500 * p.x() / p.z() + 321.5 + 0.5, 510 * p.y() / p.z() + 237.5 + 0.5);
-    };
     for (const char* text :
          {"500.0 0.0 321.5 0.0\n0.0 510.0 237.5 0.0\n0.0 0.0 1.0 0.0\n0.0 0.0 0.0 1.0\n",
           "5e2 0 321.5\r\n0 510 237.5\r\n0 0 1", "# K\n[[500, 0, 321.5],\n [0, 510, 237.5],\n [0, 0, 1]]\n",

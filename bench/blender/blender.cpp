@@ -231,17 +231,8 @@ constexpr const char* help =
 int main(int argc, char** argv) {
     Comparison asked{.effort = {.report = print_row}};
     std::string program = "blender";
-    for (int i = 1; i < argc; ++i) {
-        if (asked.takes(i, argc, argv))
-            continue;
-        const std::string option = argv[i];
-        if (option == "--blender" && i + 1 < argc) {
-            program = argv[++i];
-            continue;
-        }
-        std::fputs(help, option == "--help" ? stdout : stderr);
-        return option == "--help" ? 0 : 2;
-    }
+    if (const auto status = asked.read(argc, argv, help, "--blender", &program))
+        return *status;
     if (std::system(("command -v '" + program + "' >/dev/null").c_str()) != 0) {
         std::printf("skipped: there is no Blender called %s\n", program.c_str());
         return 0;

@@ -155,13 +155,8 @@ constexpr const char* help =
 
 int main(int argc, char** argv) {
     Comparison asked{.effort = {.report = print_row}};
-    for (int i = 1; i < argc; ++i) {
-        if (asked.takes(i, argc, argv))
-            continue;
-        const std::string option = argv[i];
-        std::fputs(help, option == "--help" ? stdout : stderr);
-        return option == "--help" ? 0 : 2;
-    }
+    if (const auto status = asked.read(argc, argv, help))
+        return *status;
     const auto& [effort, width, height, csv] = asked;
     try {
         const Device device = Device::open("cpu");

@@ -96,17 +96,8 @@ constexpr const char* help =
 int main(int argc, char** argv) {
     Comparison asked{.effort = {.report = print_row}};
     std::string program = "python3";
-    for (int i = 1; i < argc; ++i) {
-        if (asked.takes(i, argc, argv))
-            continue;
-        const std::string option = argv[i];
-        if (option == "--python" && i + 1 < argc) {
-            program = argv[++i];
-            continue;
-        }
-        std::fputs(help, option == "--help" ? stdout : stderr);
-        return option == "--help" ? 0 : 2;
-    }
+    if (const auto status = asked.read(argc, argv, help, "--python", &program))
+        return *status;
     const auto& [effort, width, height, csv] = asked;
     try {
         const std::string script = "'" + program + "' '" FATHOM_PYTHON_BASELINES "' ";
