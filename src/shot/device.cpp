@@ -32,8 +32,7 @@ int cores() {
 
 } // namespace
 
-Device DeviceOption::open(std::size_t memory) const {
-    constexpr std::size_t least_memory = std::size_t{64} << 20; // so that any SIZE does for small images
+void DeviceOption::prepare(std::size_t memory) const {
     if (threads > 0) {
         const std::string count = std::to_string(threads);
         setenv("POCL_MAX_PTHREAD_COUNT", count.c_str(), 1); // PoCL to 4
@@ -44,6 +43,10 @@ Device DeviceOption::open(std::size_t memory) const {
     set_exr_threads(threads);
     if (threads > 0) // oneTBB warns of more than there are
         cv::setNumThreads(std::min(threads, cores()));
+}
+
+Device DeviceOption::open(std::size_t memory) const {
+    constexpr std::size_t least_memory = std::size_t{64} << 20; // so that any SIZE does for small images
     return Device::open(wanted, {.memory_budget = memory > 0 ? std::max(memory, least_memory) : 0});
 }
 

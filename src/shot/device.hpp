@@ -12,8 +12,12 @@ struct DeviceOption {
     std::string wanted; ///< cpu, gpu, an index or a part of a name; empty: the default
     int threads = 0;    ///< of a CPU device; 0: as many as it likes
 
+    /// Tells the driver and the codecs of the threads, and the heap of the memory, before either begins. The number of threads
+    /// counts from the first time only, as it does for the driver.
+    void prepare(std::size_t memory = 0) const;
+
     /// Opens the device, whose operations may take so many bytes beside their images, or 64 MiB if that is more; 0: what is
-    /// fastest. The number of threads counts from the first time only, as it does for the driver.
+    /// fastest.
     Device open(std::size_t memory = 0) const;
 
     /// Do files and the device take turns, so that no more threads work at once? Where they may have all cores, these are the

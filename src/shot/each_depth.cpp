@@ -12,8 +12,26 @@
 #include <fathom/frames.hpp>
 
 #include <algorithm>
+#include <future>
+#include <utility>
 
 namespace fathom::cli {
+namespace {
+
+// Reads the first input while the driver is loaded, which takes as long, if as many threads may work as there are.
+std::future<void> read_ahead(const DepthOptions& options, const Steps& steps, const std::vector<Job>& jobs,
+                             const std::vector<std::size_t>& wanted, Work& first) {
+    if (options.resume || options.device.threads > 0 || wanted.empty() || !jobs[wanted.front()].missing.empty())
+        return {};
+    static_cast<Job&>(first.frame) = jobs[wanted.front()];
+    // Where the system has no more threads, it is read when it is asked for.
+    return std::async(std::launch::async | std::launch::deferred, [&] {
+        const Stopwatch watch(first.times.read);
+        steps.load(first);
+    });
+}
+
+} // namespace
 
 int each_depth(const DepthOptions& options, const Product& product, const More& of_command,
                const Operation& operation) {
@@ -38,24 +56,34 @@ int each_depth(const DepthOptions& options, const Product& product, const More& 
     std::vector<std::string> ranges;
     if (options.relative.order && !options.relative.range)
         ranges = find_ranges(options, jobs);
-    const Device device = options.device.open(options.memory);
-    const bool apart = options.device.takes_turns(device);
-    if (apart)
-        options.device.share_among(jobs.size());
-    Steps steps(options, outputs, more, operation, device, apart);
-    if (options.resume)
-        remove_abandoned(jobs);
-    Telling telling(options, outputs, jobs, device);
-    telling.begin(ranges);
     std::vector<std::size_t> wanted;
     for (std::size_t i = 0; i < jobs.size(); ++i)
         if (!jobs[i].left_out)
             wanted.push_back(i);
+    Steps steps(options, outputs, more, operation);
+    options.device.prepare(options.memory);
+    Work first;
+    std::future<void> reading = read_ahead(options, steps, jobs, wanted, first);
+    const Device device = options.device.open(options.memory);
+    const bool apart = options.device.takes_turns(device);
+    if (apart)
+        options.device.share_among(jobs.size());
+    steps.use(device, apart);
+    if (options.resume)
+        remove_abandoned(jobs);
+    Telling telling(options, outputs, jobs, device);
+    telling.begin(ranges);
     const std::size_t begun = for_each_frame<Work>(
         wanted.size(),
         {.read =
              [&](std::size_t n, Work& work) {
-                 static_cast<Job&>(work.frame) = jobs[wanted[n]];
+                 if (n == 0 && reading.valid()) {
+                     reading.wait();
+                     work = std::move(first);
+                     reading.get(); // what it threw
+                 } else {
+                     static_cast<Job&>(work.frame) = jobs[wanted[n]];
+                 }
                  steps.read(work);
              },
          .compute = [&](std::size_t, Work& work) { steps.compute(work); },

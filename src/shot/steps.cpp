@@ -87,10 +87,14 @@ Held held(const io::RelativeInput& input) {
 } // namespace
 
 Steps::Steps(const DepthOptions& options, const std::vector<Output>& outputs, const More& more,
-             const Operation& operation, const Device& device, bool apart)
-    : options_(options), outputs_(outputs), more_(more), operation_(operation), device_(device), apart_(apart) {
-    if (options.resume)
-        records_.emplace(options, outputs_, more.companions, device);
+             const Operation& operation)
+    : options_(options), outputs_(outputs), more_(more), operation_(operation) {}
+
+void Steps::use(const Device& device, bool apart) {
+    device_ = device;
+    apart_ = apart;
+    if (options_.resume)
+        records_.emplace(options_, outputs_, more_.companions, device);
 }
 
 void Steps::read(Work& work) const {
@@ -101,7 +105,8 @@ void Steps::read(Work& work) const {
     work.kept = is_finished(work);
     if (work.kept)
         return;
-    load(work);
+    if (!work.loaded)
+        load(work);
     if (!apart_ && !work.rows)
         examine(work);
 }
@@ -128,6 +133,7 @@ void settle_sky(Camera& camera, const cv::Mat& values) {
 }
 
 void Steps::load(Work& work) const {
+    work.loaded = true;
     Loaded& frame = work.frame;
     if (is_relative()) {
         work.relative = relative_depth(options_, frame);

@@ -68,6 +68,7 @@ struct Work {
     Loaded frame;
     Times times;
     // Read.
+    bool loaded = false;
     std::optional<nlohmann::ordered_json> record; // of a run with records
     bool kept = false;                            // lie the results there already?
     DepthFile depth{{}, Storage::float32, {}};
@@ -103,8 +104,13 @@ void settle_sky(Camera& camera, const cv::Mat& values);
 /// `apart`: the device waits while files are read.
 class Steps {
 public:
-    Steps(const DepthOptions& options, const std::vector<Output>& outputs, const More& more, const Operation& operation,
-          const Device& device, bool apart);
+    Steps(const DepthOptions& options, const std::vector<Output>& outputs, const More& more, const Operation& operation);
+
+    /// The part of `read` that needs no device: may come before it, without records.
+    void load(Work& work) const;
+
+    /// What all other steps need.
+    void use(const Device& device, bool apart);
 
     void read(Work& work) const;
     void compute(Work& work);
@@ -115,7 +121,6 @@ public:
 
 private:
     bool is_relative() const { return options_.relative.order.has_value(); }
-    void load(Work& work) const;
     ReadOptions read_options(const Work& work) const;
     bool goes_by_strips(const Job& job, const io::DepthRows& rows) const;
     void check_fits(const Job& job, const std::string& option, const char* cure, std::size_t bytes) const;
@@ -144,7 +149,7 @@ private:
     const More& more_;
     const Operation& operation_;
     Device device_;
-    bool apart_;
+    bool apart_ = false;
     std::optional<Records> records_;
     std::set<std::string> told_; // warnings that are no input's own
 };

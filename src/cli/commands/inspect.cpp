@@ -50,6 +50,7 @@ struct Findings {
 
 // What linearize makes of the image, through a lens distances along the ray; nothing without a device, unless one was asked for.
 cv::Mat decoded(const DepthFile& depth, const Camera& camera, const DeviceOption& device) {
+    device.prepare();
     try {
         return to_mat(linearize({to_device(device.open(), depth.values), camera, depth.storage},
                                 {.as = camera.lens ? Along::ray : Along::axis})
