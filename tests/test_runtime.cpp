@@ -7,10 +7,17 @@
 
 #include <fathom/fathom.hpp>
 
+#include <algorithm>
 #include <cstdint>
 #include <cstring>
+#include <fstream>
 #include <set>
 #include <vector>
+
+#ifdef __linux__
+#include <sys/mman.h>
+#include <unistd.h>
+#endif
 
 using namespace fathom;
 
@@ -65,6 +72,29 @@ TEST_CASE("runtime: memory of large images begins at different places of its hug
         runtime::give_back(memory);
     runtime::give_back(nullptr);
 }
+
+#ifdef __linux__
+TEST_CASE("runtime: the last huge page of large memory is not cleared for a few bytes", "[runtime]") {
+    std::ifstream file("/sys/kernel/mm/transparent_hugepage/enabled");
+    std::string mode;
+    std::getline(file, mode);
+    if (!contains(mode, "[madvise]")) {
+        WARN("skipped: the system gives huge pages to all or to none: " << mode);
+        return;
+    }
+    constexpr std::size_t size = 4 * runtime::huge_page + 1;
+    void* const memory = runtime::allocate(size);
+    REQUIRE(memory);
+    std::memset(memory, 1, size);
+    const std::uintptr_t last =
+        (reinterpret_cast<std::uintptr_t>(memory) + size) / runtime::huge_page * runtime::huge_page;
+    const auto page = static_cast<std::size_t>(sysconf(_SC_PAGESIZE));
+    std::vector<unsigned char> there(runtime::huge_page / page);
+    REQUIRE(mincore(reinterpret_cast<void*>(last), runtime::huge_page, there.data()) == 0);
+    CHECK(std::ranges::count(there, 1) <= static_cast<std::ptrdiff_t>(there.size() / 2));
+    runtime::give_back(memory);
+}
+#endif
 
 TEST_CASE("runtime: a device answers to its kind, its index and a part of its name", "[runtime]") {
     const auto all = list_devices();

@@ -26,8 +26,9 @@ inline void* allocate(std::size_t size) {
     if (!base)
         return nullptr;
 #ifdef __linux__
+    // The system clears a huge page as a whole, also where the last one holds a few bytes.
     if (large)
-        madvise(base, whole, MADV_HUGEPAGE);
+        madvise(base, (begin + size + huge_page / 2) / huge_page * huge_page, MADV_HUGEPAGE);
 #endif
     void** const memory = reinterpret_cast<void**>(base + begin);
     memory[-1] = base;
