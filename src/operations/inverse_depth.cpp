@@ -36,8 +36,8 @@ Image inverse_depth(runtime::Scratch& scratch, const StoredDepth& stored, Backgr
     const KernelLens lens(device, stored.camera);
     const int vector_width = vector_width_for(device, width);
     runtime::Defines defines = lens.with_lens(decoder_defines(form, view, stored.storage, vector_width, false));
-    defines.emplace_back("PERSPECTIVE", form.perspective);
-    runtime::Kernel& kernel = runtime::kernel(device, "inverse_depth", defines);
+    defines.insert(defines.end(), {{"AS_DISTANCE", false}, {"PERSPECTIVE", form.perspective}});
+    runtime::Kernel& kernel = runtime::kernel(device, "inverse_depth", defines, "decode");
     lens.launch(device, kernel, range_of(width, padded.height, vector_width), stored.image, result,
                 grid_parameters(stored, result, 0, width),
                 depth_parameters(form, stored.storage, background, arithmetic), ray_parameters(view, arithmetic));

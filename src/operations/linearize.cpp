@@ -22,8 +22,8 @@ void run(const StoredDepth& stored, const Image& result, const LinearizeOptions&
     const Rays view = as_distance || is_along_ray(form) ? straight_rays(stored.camera) : Rays{};
     const KernelLens lens(device, stored.camera);
     runtime::Defines defines = lens.with_lens(decoder_defines(form, view, stored.storage, vector_width, stream));
-    defines.emplace_back("AS_DISTANCE", as_distance);
-    lens.launch(device, runtime::kernel(device, "linearize", defines), range, stored.image, result,
+    defines.insert(defines.end(), {{"AS_DISTANCE", as_distance}, {"PERSPECTIVE", form.perspective}});
+    lens.launch(device, runtime::kernel(device, "linearize", defines, "decode"), range, stored.image, result,
                 grid_parameters(stored, result, begin, end),
                 depth_parameters(form, stored.storage, options.background, arithmetic),
                 ray_parameters(view, arithmetic));

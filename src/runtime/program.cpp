@@ -113,7 +113,7 @@ const Program& program(const Device& device, const std::string& file, const std:
 
 } // namespace
 
-Kernel& kernel(const Device& device, const std::string& name, Defines defines) {
+Kernel& kernel(const Device& device, const std::string& name, Defines defines, const std::string& program_name) {
     Device::State& state = device.state();
     defines.emplace_back("FP64", state.options.arithmetic == Arithmetic::fp64);
     defines.emplace_back("CLANG_BUILTINS", state.clang_builtins);
@@ -124,7 +124,7 @@ Kernel& kernel(const Device& device, const std::string& name, Defines defines) {
         if (const auto found = state.kernels.find(key); found != state.kernels.end())
             return found->second;
     }
-    const std::string file = file_of(name);
+    const std::string file = file_of(program_name.empty() ? name : program_name);
     const auto make = [&]() -> Kernel& {
         const Program& of = program(device, file, options);
         const cl::Kernel made(of.program, name.c_str());

@@ -34,8 +34,9 @@ struct Kernel {
     std::size_t group_limit = 0; ///< work-items per group that the device allows it; 0: not asked yet
 };
 
-/// The kernel `name` of the file <name>.cl. Its program is built when the context first asks for it.
+/// The kernel `name` of the file <name>.cl, or of <program>.cl, which includes it and others that are needed with it. The program
+/// is built when the context first asks for it.
 /// Throws: Error with the build log.
-Kernel& kernel(const Device& device, const std::string& name, Defines defines);
+Kernel& kernel(const Device& device, const std::string& name, Defines defines, const std::string& program = "");
 
 } // namespace fathom::runtime

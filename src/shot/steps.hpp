@@ -104,7 +104,8 @@ void settle_sky(Camera& camera, const cv::Mat& values);
 /// `apart`: the device waits while files are read.
 class Steps {
 public:
-    Steps(const DepthOptions& options, const std::vector<Output>& outputs, const More& more, const Operation& operation);
+    Steps(const DepthOptions& options, const std::vector<Output>& outputs, const More& more,
+          const Operation& operation);
 
     /// The part of `read` that needs no device: may come before it, without records.
     void load(Work& work) const;

@@ -67,6 +67,25 @@ TEST_CASE("builds: two devices build once each", "[builds]") {
     CHECK(builds(Device::open("1")) == 0);
 }
 
+TEST_CASE("builds: what most runs need together is one program", "[builds]") {
+    OwnContext own(Device::open("0").id());
+    const Device device = own.device();
+    const auto built = [](const auto& operation) {
+        layer::reset();
+        operation();
+        return layer::calls("clBuildProgram");
+    };
+    Camera camera;
+    camera.projection = perspective(1.0, 1.0, {1, 4});
+    camera.width = camera.height = 100;
+    const std::vector<float> values(100 * 100, 0.5f);
+    const StoredDepth stored{Image::from_host(device, Element::f32, values.data(), {100, 100}), camera};
+    const Image z(device, Element::f32, {100, 100});
+    CHECK(built([&] { linearize(stored, z); }) == 1); // with inverse depth, which all others read
+    CHECK(built([&] { normals(stored); }) == 1);
+    CHECK(built([&] { ssao(stored, 0.5, {.sampling = Sampling{.quality = Quality::fast}}); }) == 5);
+}
+
 TEST_CASE("builds: devices of one foreign context share what is built", "[builds]") {
     OwnContext own(Device::open("0").id());
     const Device first = own.device(); // what was built goes with the last device

@@ -69,10 +69,10 @@ params::occlusion_params Call::parameters(const PixelLattice& pixels) const {
                                 inverse_depth_error(stored.camera, stored.storage), radius, options, table->sizes);
 }
 
-runtime::Kernel& Call::kernel(const char* name, runtime::Defines defines) const {
+runtime::Kernel& Call::kernel(const char* name, runtime::Defines defines, const char* program) const {
     defines.insert(defines.end(),
                    {{"V", device.options().vector_width}, {"STREAM", 0}, {"PERSPECTIVE", rays.perspective}});
-    return runtime::kernel(device, name, defines);
+    return runtime::kernel(device, name, defines, program);
 }
 
 std::size_t Call::vectors(params::u32 columns) const {

@@ -64,7 +64,7 @@ struct Call {
     Call(const StoredDepth& depth, double length, const SsaoOptions& asked, Workspace& shared);
 
     params::occlusion_params parameters(const PixelLattice& pixels) const;
-    runtime::Kernel& kernel(const char* name, runtime::Defines defines) const;
+    runtime::Kernel& kernel(const char* name, runtime::Defines defines, const char* program = "") const;
     std::size_t vectors(params::u32 columns) const;
 
     /// Works for the blocks that have this word, and for a margin around them.

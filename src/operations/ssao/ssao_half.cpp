@@ -14,6 +14,11 @@ namespace {
 // A block at half resolution needs results so many pixels beyond it: a seam, one more to interpolate, and the filter.
 constexpr params::u32 half_margin = 16;
 
+// A kernel of the program of all of them, which those that have no output take from the first one's.
+runtime::Kernel& of_half_resolution(const Call& call, const char* name, Output output = Output::visibility) {
+    return call.kernel(name, {{"OUTPUT", static_cast<int>(output)}}, "half_resolution");
+}
+
 void upsample(const Call& call, const Image& depth, const Image& found, Output output, const Image& result,
               const Region& region) {
     const PixelLattice all = pixel_lattice(call.stored);
@@ -27,7 +32,7 @@ void upsample(const Call& call, const Image& depth, const Image& found, Output o
         const DepthRows here = depth_of(call, scratch, depth, {0, first, all.width, last - first});
         const int rows = band.end - band.begin;
         const Image part = result.region(0, band.begin, region.width, rows);
-        runtime::launch(call.device, call.kernel("joint_upsample", {{"OUTPUT", static_cast<int>(output)}}),
+        runtime::launch(call.device, of_half_resolution(call, "joint_upsample", output),
                         {(columns + wide - 1) / wide, static_cast<std::size_t>(rows)}, here.image, found, call.blocks,
                         part, lattice_grid(here.image, all, here.top),
                         lattice_grid(found, pixel_lattice(StoredDepth{found, call.stored.camera})),
@@ -107,11 +112,11 @@ std::pair<Image, params::block_params> chosen_blocks(Call& call, const Image& de
             depth_of(call, scratch, depth, {0, row(band.first), all.width, row(band.last) - row(band.first)});
         params::grid_params from = lattice_grid(here.image, all, here.top);
         from.y_begin = to_u32(band.begin);
-        runtime::launch(call.device, call.kernel("ssao_blocks", {}),
+        runtime::launch(call.device, of_half_resolution(call, "ssao_blocks"),
                         {chosen.columns, static_cast<std::size_t>(band.end - band.begin)}, here.image, blocks, from,
                         chosen, occlusion);
     }
-    runtime::launch(call.device, call.kernel("ssao_kinds", {}), {1, 1}, blocks, chosen);
+    runtime::launch(call.device, of_half_resolution(call, "ssao_kinds"), {1, 1}, blocks, chosen);
     return {blocks, chosen};
 }
 
