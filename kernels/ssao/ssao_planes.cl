@@ -163,8 +163,7 @@ KERNEL void ssao_planes(__global const float* depth, __global const float* extra
         down = slope(along[0], along[1], q, along[2], along[3], tolerance);
         const intV folded_across = has_crease(across, q, tolerance), folded_along = has_crease(along, q, tolerance);
         if (any_of(folded_across | folded_along)) {
-            // The plane of the flatter wall, not one between both, unless they are equally steep: then a mirrored image would
-            // have the other.
+            // The plane of the flatter wall, or of the left one if they are equally steep: one between both would be too open.
             const floatV left = q - across[1], above = q - along[1];
             const floatV to_right = select(right, across[2] - q, folded_across), below = select(down, along[2] - q, folded_along);
             const floatV to_left = select(right, left, folded_across), to_above = select(down, above, folded_along);
@@ -173,13 +172,13 @@ KERNEL void ssao_planes(__global const float* depth, __global const float* extra
                                          fabs(neighbours_at(depth, &pixels, ix - 1, iy - 1) - q + (to_left + to_above)));
             const floatV apart = fmin(fabs(neighbours_at(depth, &pixels, ix + 1, iy - 1) - q - (to_right - to_above)),
                                       fabs(neighbours_at(depth, &pixels, ix - 1, iy + 1) - q + (to_left - below)));
-            const intV same = together < apart;
+            const intV same = (together < apart) | ~(folded_across & folded_along);
             const floatV of_right = select(to_above, below, same), of_left = select(below, to_above, same);
             const floatV steep_right = fma(to_right, to_right, of_right * of_right);
             const floatV steep_left = fma(to_left, to_left, of_left * of_left);
-            const intV differ = fabs(steep_right - steep_left) > EVEN * (steep_right + steep_left);
-            right = select(right, select(to_left, to_right, steep_right < steep_left), differ);
-            down = select(down, select(of_left, of_right, steep_right < steep_left), differ);
+            const intV flatter = steep_left - steep_right > EVEN * (steep_right + steep_left);
+            right = select(to_left, to_right, flatter);
+            down = select(of_left, of_right, flatter);
         }
 #endif
         const floatV step = fma((PERSPECTIVE ? q * q : (floatV)1.0f) / ray_length(&occlusion, fx, fy),
