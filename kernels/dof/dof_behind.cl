@@ -61,27 +61,47 @@ INLINE int in_turn(int middle, int step) {
     return step % 2 ? middle - (step + 1) / 2 : middle + step / 2;
 }
 
-// Where the nearest pixel is whose layer in `layers` lies behind this one; `at` where there is none. The nearest blocks come
-// first.
+// Rounded up; for a bound that must not be too small.
+INLINE int at_most(float distance) {
+    return (int)min(distance, 1e4f) + 1;
+}
+
+// Where the nearest pixel is whose layer in `layers` lies behind this one, and of two the one that comes first; `at` where there
+// is none. The nearest blocks come first. `likely` bounds what is looked at if it is such a pixel, and changes no result.
 INLINE size_t nearest_behind(__global const float* layers, __global const float* blocks, const blur_params* p,
                              const behind_params* b, const block_range* within, int column, int row, size_t at,
-                             float layer) {
-    const float circle = circle_of(layer, p);
+                             float layer, float circle, size_t likely) {
     const int middle_x = column / SIDE, middle_y = row / SIDE;
-    const int steps_x = 2 * max(middle_x - within->left, within->right - middle_x),
-              steps_y = 2 * max(middle_y - within->top, within->bottom - middle_y);
+    int left = within->left, right = within->right, top = within->top, bottom = within->bottom;
     size_t found = at;
     float nearest = INFINITY;
+    if (layers[likely] > layer + JUMP) {
+        const float dx = (float)((int)(likely % p->stride) - (int)dof_margin - column);
+        const float dy = (float)((int)(likely / p->stride) - row) * b->vertical;
+        const float square = fma(dx, dx, dy * dy), reach = reach_of(circle_of(layers[likely], p), circle);
+        if (square <= reach * reach) {
+            nearest = square;
+            found = likely;
+            const float away = sqrt(square);
+            const int aside = at_most(away), above = at_most(away / b->vertical);
+            left = max(left, max(column - aside, 0) / SIDE);
+            right = min(right, (column + aside) / SIDE);
+            top = max(top, max(row - above, 0) / SIDE);
+            bottom = min(bottom, (row + above) / SIDE);
+        }
+    }
+    const int steps_x = 2 * max(middle_x - left, right - middle_x),
+              steps_y = 2 * max(middle_y - top, bottom - middle_y);
     for (int step_y = 0; step_y <= steps_y; ++step_y) {
         const int y = in_turn(middle_y, step_y);
-        if (y < within->top || y > within->bottom)
+        if (y < top || y > bottom)
             continue;
         const float away_y = (float)max(max(SIDE * y - row, row - SIDE * y - (SIDE - 1)), 0) * b->vertical;
         if (away_y * away_y > nearest)
             continue;
         for (int step_x = 0; step_x <= steps_x; ++step_x) {
             const int x = in_turn(middle_x, step_x);
-            if (x < within->left || x > within->right)
+            if (x < left || x > right)
                 continue;
             __global const float* block = blocks + y * (int)b->block_columns + x;
             if (!(*block > layer + JUMP))
@@ -119,7 +139,7 @@ INLINE size_t nearest_behind(__global const float* layers, __global const float*
 }
 
 KERNEL void dof_behind(__global float* planes, __global const float* inner, __global const float* blocks,
-                         const blur_params p, const behind_params b) {
+                       const blur_params p, const behind_params b) {
     const int block_column = (int)get_global_id(0) - dof_margin / SIDE, block_row = get_global_id(1);
     if (block_column >= (int)b.block_columns + dof_margin / SIDE)
         return;
@@ -142,10 +162,12 @@ KERNEL void dof_behind(__global float* planes, __global const float* inner, __gl
     if (within.left > within.right) {
         for (int j = 0; j < SIDE; ++j)
             for (uint k = 0; k <= CHANNELS; ++k)
-                *(__global float8_anywhere*)(second + k * p.plane + first + (size_t)j * p.stride) = k > 0 ? 0.0f : NOWHERE;
+                *(__global float8_anywhere*)(second + k * p.plane + first + (size_t)j * p.stride) =
+                    k > 0 ? 0.0f : NOWHERE;
         return;
     }
 #endif
+    size_t likely_border = first, likely_inside = first; // what the pixel before has found
     for (int i = 0; i < SIDE * SIDE; ++i) {
         const int column = SIDE * block_column + i % SIDE, row = SIDE * block_row + i / SIDE;
         const size_t at = first + (size_t)(i / SIDE) * p.stride + i % SIDE;
@@ -156,10 +178,15 @@ KERNEL void dof_behind(__global float* planes, __global const float* inner, __gl
         const float layer = planes[at];
         size_t border = at, found = at;
         if (within.left <= within.right && layer >= 0.0f && b.farthest > layer + JUMP) {
+            const float circle = circle_of(layer, &p);
             border = nearest_behind(planes, blocks + 2 * b.block_columns * b.block_rows, &p, &b, &within, column, row,
-                                    at, layer);
-            if (border != at)
-                found = nearest_behind(inner, blocks, &p, &b, &within, column, row, at, layer);
+                                    at, layer, circle, likely_border);
+            likely_border = border != at ? border : likely_border;
+            if (border != at && inner[border] >= 0.0f)
+                found = border;
+            else if (border != at)
+                found = nearest_behind(inner, blocks, &p, &b, &within, column, row, at, layer, circle, likely_inside);
+            likely_inside = found != at ? found : likely_inside;
             if (found == at)
                 found = border;
         }
