@@ -64,6 +64,10 @@ std::vector<Value> values_for(const Option& option) {
                 CircleOfConfusion{40, -1}, CircleOfConfusion{HUGE_VAL, 180}};
     case Kind::region:
         return {Region{1, 1, 4, 3}, Region{0, 0, columns, rows}, Region{0, 0, 0, 2}, Region{0, 0, 2, -1}};
+    case Kind::fractions:
+    case Kind::ends:
+        return {std::array{0.25, 0.5}, std::array{0.0, 1.0},      std::array{0.5, 0.5},          std::array{0.5, 0.25},
+                std::array{-0.5, 1.5}, std::array{0.0, HUGE_VAL}, std::array{0.0, std::nan("")}, std::array{1.5, 2.0}};
     default:
         return {};
     }
@@ -95,6 +99,8 @@ std::string in_words(const Option& option, const Value& value) {
         return fmt::format("{},{},{}", ray->pixel.x, ray->pixel.y, ray->distance);
     if (const auto* region = std::get_if<Region>(&value))
         return fmt::format("{},{},{},{}", region->x, region->y, region->width, region->height);
+    if (const auto* two = std::get_if<std::array<double, 2>>(&value))
+        return fmt::format("{},{}", (*two)[0], (*two)[1]);
     const auto& three = std::get<std::array<double, 3>>(value);
     return fmt::format("{},{},{}", three[0], three[1], three[2]);
 }
@@ -176,9 +182,10 @@ int check_lens(const Scene& scene) {
     return checked;
 }
 
-std::vector<Option> options_with_lens(const description::Operation& operation) {
-    std::vector<Option> all = operation.lens;
-    all.insert(all.end(), operation.options.begin(), operation.options.end());
+std::vector<Option> all_options(const description::Operation& operation) {
+    std::vector<Option> all;
+    for (const std::vector<Option>* listed : operation.listed())
+        all.insert(all.end(), listed->begin(), listed->end());
     return all;
 }
 
@@ -281,7 +288,7 @@ TEST_CASE("options: a range that a header says is the one that is described") {
 TEST_CASE("options: the program accepts what is described, and nothing else") {
     int checked = 0;
     for (const description::Operation& operation : description::operations())
-        for (const Option& option : options_with_lens(operation)) {
+        for (const Option& option : all_options(operation)) {
             const std::string spelled = cli::spelled(option);
             if (spelled.empty())
                 continue;
@@ -303,7 +310,7 @@ TEST_CASE("options: the program accepts what is described, and nothing else") {
 TEST_CASE("options: the program refuses what is described as excluded, or of no use alone") {
     int checked = 0;
     for (const description::Operation& operation : description::operations()) {
-        const std::vector<Option> all = options_with_lens(operation);
+        const std::vector<Option> all = all_options(operation);
         std::string command = operation.name;
         std::ranges::replace(command, '_', '-');
         const auto argument = [](const Option& option) { // a value that will do

@@ -196,3 +196,85 @@ TEST_CASE("relative: NaN and infinity touch nothing beyond an edge of two steps"
         REQUIRE(std::bit_cast<std::uint32_t>(got[i]) ==
                 std::bit_cast<std::uint32_t>(std::isfinite(specials[i]) ? clean[i] : specials[i]));
 }
+
+TEST_CASE("relative: stored values become 0 to 1, of the picture's size, with one value in focus", "[relative]") {
+    constexpr int wide = 12, high = 8, scale = 3;
+    const auto value = [](int x, int y) { return 3.0 + 2.0 * x + 5.0 * y; }; // 3 to 60
+    std::vector<float> floats, grey;
+    for (int y = 0; y < high; ++y)
+        for (int x = 0; x < wide; ++x) {
+            floats.push_back(static_cast<float>(value(x, y)));
+            grey.insert(grey.end(), {floats.back(), floats.back(), floats.back(), 0.5f}); // an alpha does not count
+        }
+    const HostFloats stored{floats.data(), wide, high};
+    const RelativeValues own = relative_values(stored, 32), codes = relative_values(stored, 16),
+                         given = relative_values({grey.data(), wide, high, 4}, 32, {.range = std::array{13.0, 33.0}}),
+                         flat = relative_values(stored, 32, {.focus_range = FocusRange{0.25, 0.5}});
+    for (int y = 0; y < high; ++y)
+        for (int x = 0; x < wide; ++x) {
+            const auto i = static_cast<std::size_t>(y * wide + x);
+            const double v = (value(x, y) - 3) / 57;
+            CHECK(std::abs(static_cast<double>(own.values[i]) - v) < 1e-7);
+            CHECK(std::abs(static_cast<double>(codes.values[i]) - value(x, y) / 65535) < 1e-9);
+            CHECK(std::abs(static_cast<double>(given.values[i]) - std::clamp((value(x, y) - 13) / 20, 0.0, 1.0)) <
+                  1e-7);
+            CHECK(std::abs(static_cast<double>(flat.values[i]) - (v > 0.5 ? v - 0.25 : std::min(v, 0.25))) < 1e-7);
+        }
+    CHECK((own.doubts.empty() && codes.doubts.size() == 1));
+    CHECK(codes.doubts.front() == "its values take 0.087 % of what 16 bits hold, so that little is blurred; say with "
+                                  "relative_range which codes are nearest and farthest");
+
+    const std::vector<float> light(3 * wide * scale * high * scale, 0.4f);
+    const HostFloats color{light.data(), wide * scale, high * scale, 3};
+    const RelativeValues fine = relative_values(stored, 32, {}, color);
+    REQUIRE((fine.width == wide * scale && fine.height == high * scale));
+    for (int y = 2 * scale; y < (high - 2) * scale; ++y) // a plane stays one
+        for (int x = 2 * scale; x < (wide - 2) * scale; ++x) {
+            const double v = (2 * ((x + 0.5) / scale - 0.5) + 5 * ((y + 0.5) / scale - 0.5)) / 57;
+            CHECK(std::abs(static_cast<double>(fine.values[static_cast<std::size_t>(y * fine.width + x)]) - v) < 1e-6);
+        }
+
+    const auto refused = [&](const HostFloats& image, int bits, const RelativeOptions& options,
+                             const HostFloats& picture, const std::string& why) {
+        CHECK_THROWS_WITH(relative_values(image, bits, options, picture), ContainsSubstring(why));
+    };
+    refused({light.data(), 4, 4}, 32, {}, {}, "no two different values");
+    refused(stored, 12, {}, {}, "bits = 12");
+    refused(stored, 32, {.range = std::array{2.0, 2.0}}, {}, "the lesser one");
+    refused(stored, 32, {.range = std::array{2.0, HUGE_VAL}}, {}, "must be finite");
+    refused(stored, 32, {}, {light.data(), 20, 20, 3}, "same ratio of width to height");
+    refused({floats.data(), wide / 2, high, 2}, 32, {}, {}, "has 2 channels");
+    refused({floats.data(), wide / 3, high, 3}, 32, {}, {}, "has colours, as at pixel (0, 0)");
+}
+
+TEST_CASE("relative: arguments of a lens make the circle, and the depth grows by a pixel", "[relative]") {
+    const std::vector<float> values{0.1f, 0.2f, 0.3f, 0.4f, 0.5f, 0.9f};
+    for (const RelativeOrder order : {RelativeOrder::high_is_near, RelativeOrder::low_is_near}) {
+        const StoredDepth stored{Image::from_host(test_device(), Element::f32, values.data(), {3, 2}),
+                                 relative_camera(3, 2, order)};
+        const double sign = order == RelativeOrder::high_is_near ? 1 : -1;
+        const auto check = [&](const LensArguments& lens, double focus) {
+            std::vector<float> got(values.size());
+            dof_masks(stored, circle_for(completed(lens, {}, stored.camera.projection), stored))
+                .coc.download(got.data());
+            for (std::size_t i = 0; i < got.size(); ++i)
+                CHECK(std::abs(static_cast<double>(got[i]) - sign * 20 * (focus - static_cast<double>(values[i]))) <
+                      1e-5);
+        };
+        check({.focus_at = LensArguments::Pixel{1, 1}, .relative = order, .blur_px = 20}, 0.5);
+        check({.relative = order, .blur_px = 20, .focus_range = std::array{0.25, 0.75}}, 0.25);
+        std::vector<float> grown(values.size()), kept = grown;
+        const LensArguments lens{.relative = order};
+        repaired(stored, {}, lens).image.download(grown.data());
+        repaired(stored, {.grow_foreground = 0}, lens).image.download(kept.data());
+        const bool falls = order == RelativeOrder::high_is_near;
+        CHECK((kept == values && grown == (falls ? std::vector{0.4f, 0.5f, 0.9f, 0.5f, 0.9f, 0.9f}
+                                                 : std::vector{0.1f, 0.1f, 0.2f, 0.1f, 0.2f, 0.3f})));
+    }
+    const auto refused = [](const LensArguments& lens, const char* why) {
+        CHECK_THROWS_WITH(completed(lens, {}, orthographic({0, 1, 0, 1}, {0, 1})), ContainsSubstring(why));
+    };
+    refused({.relative = RelativeOrder::low_is_near}, "blur_px: missing");
+    refused({.relative = RelativeOrder::low_is_near, .blur_px = 3}, "focus_at: missing");
+    refused({.f_stop = 2, .relative = RelativeOrder::low_is_near}, "exclude each other");
+}

@@ -3,6 +3,7 @@
 #include <fathom/image.hpp>
 #include <fathom/lens.hpp>
 #include <fathom/projection.hpp>
+#include <fathom/relative.hpp>
 
 #include <array>
 #include <functional>
@@ -30,6 +31,19 @@ struct LensArguments {
     std::optional<double> f_stop = {}, focal_length_mm = {}, sensor_mm = {}; ///< those of `Lens`
     double mm_per_unit = 1000;
     std::optional<std::array<double, 2>> circle = {}; ///< k and g of a `CircleOfConfusion`, instead of a lens
+    /// The depth has no unit, and these stand instead of a lens; `focus_at` may say the focus, too.
+    std::optional<RelativeOrder> relative = {};
+    std::optional<double> blur_px = {};                       ///< see `relative_circle`
+    std::optional<std::array<double, 2>> focus_range = {};    ///< see `RelativeOptions`
+    std::optional<std::array<double, 2>> relative_range = {}; ///< the same
+};
+
+/// What is done with depth before a blur.
+struct DepthRepair {
+    enum class Invalid { keep, fill };
+
+    Invalid invalid = Invalid::keep;         ///< see `fill_invalid`
+    std::optional<int> grow_foreground = {}; ///< see `grow_foreground`; default: 0, and 1 for relative depth
 };
 
 /// How messages name the camera, and an option: `--f-stop` for f_stop.
@@ -44,13 +58,24 @@ struct LensWords {
 LensArguments completed(LensArguments lens, const LensDefaults& defaults, const Projection& projection,
                         const LensWords& words = {});
 
+/// What is read of relative depth for such a lens.
+/// Throws: std::invalid_argument for options that have no such value.
+RelativeOptions relative_options(const LensArguments& lens);
+
 /// The depth that a lens is focused on, along the view axis, scene units.
 /// Throws: std::invalid_argument for a pixel outside the image, one without a depth, and a lens without a focus.
 double focus_of(const LensArguments& lens, const StoredDepth& stored);
 
 /// The circle of confusion of a complete lens for an image.
+/// Relative depth is that of `relative_values`, under a `relative_camera`.
 /// Throws: std::invalid_argument as `focus_of` and `circle_of_confusion`, and for a lens that says something in two ways.
 CircleOfConfusion circle_for(const LensArguments& lens, const StoredDepth& stored);
+
+/// How many pixels near surfaces are grown by.
+int grown_pixels(const DepthRepair& repair, const LensArguments& lens);
+
+/// The depth for a blur with this lens, whose circle is that of the depth as it was.
+StoredDepth repaired(const StoredDepth& stored, const DepthRepair& repair, const LensArguments& lens);
 
 #pragma GCC visibility pop
 } // namespace fathom

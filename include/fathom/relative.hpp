@@ -2,8 +2,13 @@
 
 #include <fathom/camera.hpp>
 #include <fathom/lens.hpp>
+#include <fathom/photograph.hpp>
 
+#include <array>
+#include <optional>
 #include <span>
+#include <string>
+#include <vector>
 
 /// Relative depth: values from 0 to 1 that are ordered by distance but have no unit, as neural networks give them. Enough
 /// for a blur, which needs the circles only. On the host, without a device.
@@ -37,6 +42,29 @@ double flatten_range(std::span<float> values, FocusRange range);
 /// `step`: between two codes, as 1/255. Values are multiples of it; others, NaN among them, stay as they are.
 /// Accuracy: a slanted plane has an rms error of at most 0.1 steps, where the steps themselves have 0.29.
 void smooth_steps(std::span<float> values, int width, int height, double step);
+
+/// How relative depth is read.
+struct RelativeOptions {
+    /// Stored values that become 0 and 1. Default: the least and the greatest of floats, all codes of integers.
+    std::optional<std::array<double, 2>> range = {};
+    std::optional<FocusRange> focus_range = {}; ///< see `flatten_range`
+};
+
+/// Values for a `relative_camera`, and what is probably wrong with them: a sentence each, with the cure.
+struct RelativeValues {
+    std::vector<float> values = {}; ///< 0 to 1, NaN where nothing is known; rows without a gap
+    int width = 0, height = 0;
+    std::vector<std::string> doubts = {};
+};
+
+/// Makes values from 0 to 1 of relative depth as it is stored, as `fathom dof --relative` does: codes of 8 bits lose their steps
+/// (`smooth_steps`) unless a range is given, depth gets the size of a picture of another size along its edges
+/// (`upsample_along_edges`), and the range in focus becomes one value (`flatten_range`). `bits`: 8 and 16 for codes, 32 for floats.
+/// `color`: the picture in linear light, if there is one. `range_option`: how a doubt calls `RelativeOptions::range`.
+/// Throws: std::invalid_argument for channels other than one or R = G = B, and an alpha; for values that are all the same; for
+/// a range that is not finite or does not ascend; and for a picture of another ratio of width to height, by more than 1 %.
+RelativeValues relative_values(const HostFloats& stored, int bits, const RelativeOptions& options = {},
+                               const HostFloats& color = {}, const std::string& range_option = "relative_range");
 
 #pragma GCC visibility pop
 } // namespace fathom

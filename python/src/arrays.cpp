@@ -451,6 +451,45 @@ std::pair<std::vector<float>, Layout> floats_of(const Pixels& pixels, const char
     return {std::move(floats), s.layout};
 }
 
+Numbers numbers_of(const Pixels& pixels, Holds holds, const char* argument) {
+    const nb::object array =
+        is_image(pixels.given) ? to_numpy(nb::cast<const DeviceImage&>(pixels.given).image) : pixels.given;
+    const HostImage host = host_image(array, holds, argument);
+    const auto [width, height, channels, stride] = host.layout;
+    const auto in_row = static_cast<std::size_t>(width) * static_cast<std::size_t>(channels);
+    Numbers made{{}, {width, height, channels}, static_cast<int>(8 * element_bytes(host.element))};
+    made.bits = host.element == Element::f16 ? 32 : made.bits;
+    made.values.resize(in_row * static_cast<std::size_t>(height));
+    const auto take = [&]<typename T>(T) {
+        for (std::size_t y = 0; y < static_cast<std::size_t>(height); ++y) {
+            const auto* row = static_cast<const std::byte*>(host.data) + y * (stride > 0 ? stride : in_row) * sizeof(T);
+            for (std::size_t i = 0; i < in_row; ++i) {
+                T element;
+                std::memcpy(&element, row + i * sizeof(T), sizeof(T)); // which may be unaligned
+                made.values[y * in_row + i] = static_cast<float>(element);
+            }
+        }
+    };
+    const Unlocked released;
+    switch (host.element) {
+    case Element::u8:
+        take(std::uint8_t{});
+        break;
+    case Element::u16:
+        take(std::uint16_t{});
+        break;
+    case Element::f16:
+        take(Eigen::half{});
+        break;
+    case Element::f32:
+        take(float{});
+        break;
+    default:
+        refuse(argument, std::string("holds ") + name_of(host.element) + "; it must hold 8 or 16 bits, or floats");
+    }
+    return made;
+}
+
 nb::object new_floats(const Layout& layout, float*& data) {
     nb::object array = new_array(Element::f32, layout);
     data = static_cast<float*>(nb::cast<WriteArray>(array).data());

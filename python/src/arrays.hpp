@@ -5,6 +5,7 @@
 
 #include <fathom/findings.hpp>
 #include <fathom/image.hpp>
+#include <fathom/photograph.hpp>
 
 #include <nanobind/nanobind.h>
 #include <nanobind/ndarray.h>
@@ -102,6 +103,16 @@ HeldDepth host_depth(const Pixels& pixels, const CameraObject& camera, const Wor
 
 /// The pixels of an array or a `fathom.Image` of float32, one row after the other.
 std::pair<std::vector<float>, Layout> floats_of(const Pixels& pixels, const char* argument);
+
+/// An array's or a `fathom.Image`'s elements as floats, one row after the other, and the bits of one. Codes are not scaled.
+struct Numbers {
+    std::vector<float> values;
+    Layout layout;
+    int bits;
+
+    HostFloats floats() const { return {values.data(), layout.width, layout.height, layout.channels}; }
+};
+Numbers numbers_of(const Pixels& pixels, Holds holds, const char* argument);
 
 /// A new NumPy array. Its content is undefined, and `data` is where it lies.
 nb::object new_floats(const Layout& layout, float*& data);

@@ -11,6 +11,7 @@
 #include <algorithm>
 #include <chrono>
 #include <ctime>
+#include <limits>
 #include <map>
 #include <mutex>
 #include <stdexcept>
@@ -62,13 +63,66 @@ Device device_of(const DeviceOption& choice) {
     return open.emplace(wanted, Device::open(wanted)).first->second;
 }
 
+namespace {
+
+using Mask = nb::ndarray<const bool, nb::ndim<2>, nb::c_contig>;
+
+// Pixels that do not count. Anything that NumPy compares with 0 will do.
+Mask mask_of(const Pixels& ignore, int width, int height) {
+    const nb::module_ numpy = nb::module_::import_("numpy");
+    const nb::object given = is_image(ignore.given) ? to_numpy(nb::cast<const DeviceImage&>(ignore.given).image)
+                                                    : nb::object(numpy.attr("asarray")(ignore.given));
+    const std::string shape = text_of(nb::str(nb::object(given.attr("shape")))),
+                      of_depth = text_of(nb::str(nb::make_tuple(height, width)));
+    if (shape != of_depth)
+        refuse("ignore", "its shape is " + shape + "; it must be that of the depth, " + of_depth);
+    return nb::cast<Mask>(nb::object(numpy.attr("ascontiguousarray")(numpy.attr("not_equal")(given, 0))));
+}
+
+} // namespace
+
 Call::Call(const Pixels& depth, const CameraObject& camera, const Word<Storage>& storage, const DeviceOption& device,
            const Pixels& ignore)
+    : Call(depth, &camera, storage, device) {
+    depth_ = stored(depth, "depth", ignore);
+}
+
+Call::Call(const Pixels& depth, const LensArguments& lens, const Pixels& color, const DeviceOption& device,
+           const Pixels& ignore)
+    : Call(depth, nullptr, {}, device) {
+    Numbers given = numbers_of(depth, Holds::depth, "depth");
+    const auto [width, height, channels, _] = given.layout;
+    if (ignore) {
+        const Mask mask = mask_of(ignore, width, height);
+        for (std::size_t i = 0; i < given.values.size(); ++i)
+            if (mask.data()[i / static_cast<std::size_t>(channels)])
+                given.values[i] = std::numeric_limits<float>::quiet_NaN();
+    }
+    Numbers picture;
+    if (color)
+        picture = numbers_of(color, Holds::picture, "color");
+    if (picture.bits < 32)
+        for (float& code : picture.values)
+            code /= picture.bits == 8 ? 255.0f : 65535.0f;
+    const auto made = std::make_shared<RelativeValues>();
+    try {
+        const Unlocked released;
+        *made = relative_values(given.floats(), given.bits, relative_options(lens), picture.floats());
+    } catch (const std::invalid_argument& error) {
+        refuse("depth", error.what());
+    }
+    warn(made->doubts, "depth");
+    kept_.push_back(made);
+    waits_ = true;
+    depth_ = {Image::from_host(device_, Element::f32, made->values.data(), {made->width, made->height}),
+              relative_camera(made->width, made->height, *lens.relative), Storage::float32};
+}
+
+Call::Call(const Pixels& depth, const CameraObject* camera, const Word<Storage>& storage, const DeviceOption& device)
     : camera_(camera), storage_(storage), makes_images_(is_image(depth.given)) {
     last_run = {};
     const bool chosen = device.given.is_valid() && !device.given.is_none();
     device_ = makes_images_ && !chosen ? nb::cast<DeviceImage&>(depth.given).image.device() : device_of(device);
-    depth_ = stored(depth, "depth", ignore);
 }
 
 Call::~Call() {
@@ -101,27 +155,18 @@ Image Call::image(const Pixels& pixels, Holds holds, const char* argument, HostD
     return made;
 }
 
-// Anything that NumPy compares with 0 will do for a mask.
 StoredDepth Call::without(const StoredDepth& stored, const Pixels& ignore) const {
-    const nb::module_ numpy = nb::module_::import_("numpy");
-    const nb::object given = is_image(ignore.given) ? to_numpy(nb::cast<const DeviceImage&>(ignore.given).image)
-                                                    : nb::object(numpy.attr("asarray")(ignore.given));
-    const std::string shape = text_of(nb::str(nb::object(given.attr("shape")))),
-                      of_depth = text_of(nb::str(nb::make_tuple(stored.image.height(), stored.image.width())));
-    if (shape != of_depth)
-        refuse("ignore", "its shape is " + shape + "; it must be that of the depth, " + of_depth);
-    const auto mask = nb::cast<nb::ndarray<const bool, nb::ndim<2>, nb::c_contig>>(
-        nb::object(numpy.attr("ascontiguousarray")(numpy.attr("not_equal")(given, 0))));
+    const Layout layout{stored.image.width(), stored.image.height()};
+    const Mask mask = mask_of(ignore, layout.width, layout.height);
     const Unlocked released;
-    return ignore_pixels(
-        stored, Image::from_host(device_, Element::u8, mask.data(), {stored.image.width(), stored.image.height()}));
+    return ignore_pixels(stored, Image::from_host(device_, Element::u8, mask.data(), layout));
 }
 
 StoredDepth Call::stored(const Pixels& pixels, const char* argument, const Pixels& ignore) {
     HostDepth host;
     const Image stored = image(pixels, Holds::depth, argument, &host);
-    const Camera& camera = camera_.for_size(stored.width(), stored.height());
-    host.storage = storage_of(stored.element(), stored.channels(), storage_, camera_.file().packing, argument);
+    const Camera& camera = camera_->for_size(stored.width(), stored.height());
+    host.storage = storage_of(stored.element(), stored.channels(), storage_, camera_->file().packing, argument);
     StoredDepth depth{stored, camera, host.storage};
     std::vector<std::byte> left; // of an array without the pixels that do not count
     if (ignore) {
@@ -135,7 +180,7 @@ StoredDepth Call::stored(const Pixels& pixels, const char* argument, const Pixel
         }
     }
     if (host.data)
-        camera_.doubt(host, argument);
+        camera_->doubt(host, argument);
     return depth;
 }
 

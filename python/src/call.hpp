@@ -2,6 +2,8 @@
 
 #include "arrays.hpp"
 
+#include <fathom/lens_arguments.hpp>
+
 #include <atomic>
 #include <functional>
 #include <memory>
@@ -51,6 +53,10 @@ public:
     Call(const Pixels& depth, const CameraObject& camera, const Word<Storage>& storage, const DeviceOption& device,
          const Pixels& ignore = {});
 
+    /// The same of relative depth, for a lens without a camera. `color`: the picture whose size it gets, if there is one.
+    Call(const Pixels& depth, const LensArguments& lens, const Pixels& color, const DeviceOption& device,
+         const Pixels& ignore);
+
     ~Call();
     Call(const Call&) = delete;
     Call& operator=(const Call&) = delete;
@@ -91,12 +97,13 @@ private:
         std::size_t row_stride;
     };
 
+    Call(const Pixels& depth, const CameraObject* camera, const Word<Storage>& storage, const DeviceOption& device);
     StoredDepth stored(const Pixels& pixels, const char* argument, const Pixels& ignore = {});
     StoredDepth without(const StoredDepth& stored, const Pixels& ignore) const;
     Image image(const Pixels& pixels, Holds holds, const char* argument, HostDepth* host);
 
     Device device_;
-    const CameraObject& camera_;
+    const CameraObject* camera_; // none of relative depth
     Word<Storage> storage_;
     StoredDepth depth_;
     bool makes_images_;

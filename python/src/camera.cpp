@@ -103,16 +103,6 @@ nlohmann::json keys_given(const nb::kwargs& given) {
     return keys;
 }
 
-// At the caller's line: functions of this module have no frame of Python's.
-void warn(const std::vector<std::string>& warnings, const std::string& name) {
-    if (warnings.empty())
-        return;
-    const nb::object category = nb::module_::import_("fathom._fathom").attr("CameraWarning");
-    for (const std::string& warning : warnings)
-        if (PyErr_WarnEx(category.ptr(), (name + ": " + in_python(warning)).c_str(), 1) != 0)
-            throw nb::python_error();
-}
-
 // What the caller said is wrong, and no file.
 template <typename Make>
 auto as_argument(const Make& make) {
@@ -264,6 +254,16 @@ nb::object pixel_of_directions(const CameraObject& camera, nb::handle directions
 }
 
 } // namespace
+
+// At the caller's line: functions of this module have no frame of Python's.
+void warn(const std::vector<std::string>& warnings, const std::string& name) {
+    if (warnings.empty())
+        return;
+    const nb::object category = nb::module_::import_("fathom._fathom").attr("CameraWarning");
+    for (const std::string& warning : warnings)
+        if (PyErr_WarnEx(category.ptr(), (name + ": " + in_python(warning)).c_str(), 1) != 0)
+            throw nb::python_error();
+}
 
 const Camera& CameraObject::for_size(int width, int height) const {
     doubt(width, height, source);

@@ -45,4 +45,7 @@ private:
     mutable Camera last_; // read and written under the interpreter's lock
 };
 
+/// Warns of what is probably wrong: a `CameraWarning` each.
+void warn(const std::vector<std::string>& warnings, const std::string& name);
+
 } // namespace fathom::python

@@ -14,6 +14,8 @@
 #include <nanobind/stl/vector.h>
 
 #include <algorithm>
+#include <functional>
+#include <iterator>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -28,7 +30,7 @@ std::vector<Keyword> described_lengths() {
     std::vector<description::Option> lengths;
     for (const description::Operation& operation : operations()) {
         if (operation.name == std::string_view("dof"))
-            lengths.insert(lengths.end(), operation.lens.begin(), operation.lens.end());
+            std::ranges::copy_if(operation.lens, std::back_inserter(lengths), std::not_fn(description::is_of_relative));
         for (const description::Option& option : operation.options)
             if (const std::string_view name = option.name;
                 name == "radius" || (operation.name == std::string_view("dof") &&

@@ -70,6 +70,7 @@ struct Bound {
     const description::Operation& operation;
     std::vector<Keyword> keywords;
     std::vector<Keyword> lens;       // of the circle, if it takes one
+    std::vector<Keyword> repair;     // of its depth
     std::vector<PyObject*> names;    // of the arguments that need none
     std::vector<std::string> outs;   // names of the results in messages, and that of a single one
     const Option* circle = nullptr;  // that a lens makes
@@ -100,6 +101,14 @@ void check_color(const Option& option, nb::handle given, const Image& picture) {
         throw std::invalid_argument(text(option.name, " = ", text_of(nb::str(nb::cast(std::tuple_cat(color)))),
                                          ": 1 is white, so it is 0 to 1 for ", name_of(picture.element()),
                                          ", too; divide by ", bytes ? 255 : 65535));
+}
+
+// The picture that a result is made of, if there is one.
+Pixels picture_in(const Given& given) {
+    for (const auto& [option, value] : given)
+        if (option->kind == Kind::picture && option->required)
+            return {nb::borrow(value)};
+    return {};
 }
 
 // The images, and what is to be seen with them only.
@@ -136,17 +145,22 @@ nb::object call_of(const Bound& bound, const nb::args& arguments, const nb::kwar
     Keywords keywords(operation.name, bound.names, arguments, named);
     const Pixels depth{keywords.take("depth")};
     const nb::object camera_given = keywords.take("camera");
-    if (!nb::isinstance<CameraObject>(camera_given))
+    const bool has_camera = nb::isinstance<CameraObject>(camera_given);
+    if (!has_camera && (bound.lens.empty() || !camera_given.is_none()))
         keywords.refuse();
-    const auto& camera = nb::cast<const CameraObject&>(camera_given);
     const Pixels color{takes_size_of_picture(bound.operation) ? keywords.take("color") : nb::none()};
     std::shared_ptr<void> options = operation.make(nullptr);
     LensArguments lens;
+    DepthRepair repair;
     Given given;
     std::vector<description::Given> together;
     keywords.each(bound.lens, [&](const Option& option, nb::handle value) {
         together.push_back({&option, keywords.value_of(option, value)});
         option.set(lens, *together.back().value);
+    });
+    keywords.each(bound.repair, [&](const Option& option, nb::handle value) {
+        together.push_back({&option, keywords.value_of(option, value)});
+        option.set(repair, *together.back().value);
     });
     keywords.each(bound.keywords, [&](const Option& option, nb::handle value) {
         given.emplace_back(&option, value);
@@ -171,9 +185,23 @@ nb::object call_of(const Bound& bound, const nb::args& arguments, const nb::kwar
     });
     if (const std::string wrong = wrong_together(operation, together, own_name); !wrong.empty())
         throw std::invalid_argument(wrong);
-    set_radius(bound, options.get(), given, camera);
-
-    Call call(depth, camera, common.storage, common.device, common.ignore);
+    if (!has_camera && !lens.relative)
+        throw nb::type_error(
+            text(operation.name, "(): camera must be a fathom.Camera, not None, which is for relative depth").c_str());
+    std::optional<Call> opened;
+    if (lens.relative) {
+        if (has_camera)
+            refuse("camera", "relative depth has none; give None");
+        if (common.storage.get("storage"))
+            refuse("storage", "the dtype of relative depth says how it is read; leave storage out");
+        lens = completed(lens, {}, relative_camera(1, 1, *lens.relative).projection);
+        opened.emplace(depth, lens, color ? color : picture_in(given), common.device, common.ignore);
+    } else {
+        const auto& camera = nb::cast<const CameraObject&>(camera_given);
+        set_radius(bound, options.get(), given, camera);
+        opened.emplace(depth, camera, common.storage, common.device, common.ignore);
+    }
+    Call& call = *opened;
     const std::shared_ptr<void> made = std::move(options); // whose images end before the arrays that they lie in
     if (color)
         call.fit(call.image(color, Holds::picture, "color"));
@@ -189,11 +217,12 @@ nb::object call_of(const Bound& bound, const nb::args& arguments, const nb::kwar
             *image = call.result(target, out.c_str(), shape.element, shape.layout);
     }
     call.run([&] {
+        if (bound.circle && has_camera)
+            lens = completed(lens, nb::cast<const CameraObject&>(camera_given).file().lens,
+                             call.depth().camera.projection);
         if (bound.circle)
-            operation.set(
-                made.get(), *bound.circle,
-                circle_for(completed(lens, camera.file().lens, call.depth().camera.projection), call.depth()));
-        operation.run(made.get(), call.depth(), {});
+            operation.set(made.get(), *bound.circle, circle_for(lens, call.depth()));
+        operation.run(made.get(), bound.repair.empty() ? call.depth() : repaired(call.depth(), repair, lens), {});
     });
     if (alone)
         return call.take();
@@ -225,6 +254,7 @@ const Bound& bound(const description::Operation& operation) {
     auto& made = *new Bound{operation,
                             keywords_of(operation.options),
                             keywords_of(operation.lens),
+                            keywords_of(operation.repair),
                             {interned("depth"), interned("camera")},
                             {}};
     for (const char* name : operation.arguments)

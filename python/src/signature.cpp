@@ -27,7 +27,9 @@ part of a name. If depth is a fathom.Image, the result is one, too, and nothing 
 
 Raises ValueError for bad arguments, fathom.Error for a camera of another size and from the device; NoDevice without one.)";
 
-constexpr const char* lens_text = "What is missing of the lens comes from the camera.\n";
+constexpr const char* lens_text = "What is missing of the lens comes from the camera. Relative depth needs blur_px, "
+                                  "and focus_at or focus_range; its camera "
+                                  "is None.\n";
 
 constexpr const char* stub_head =
     R"(from typing import Any, Generic, Literal, NamedTuple, Protocol, TypeVar, Union, overload
@@ -134,8 +136,9 @@ Signature signature_of(const char* name, const char* doc) {
 }
 
 Signature signature_of(const Operation& operation) {
-    std::vector<Option> options = operation.lens;
-    options.insert(options.end(), operation.options.begin(), operation.options.end());
+    std::vector<Option> options;
+    for (const std::vector<Option>* listed : operation.listed())
+        options.insert(options.end(), listed->begin(), listed->end());
     std::vector<Parameter> arguments, keywords;
     for (const Option& option : options) {
         const bool is_argument = std::ranges::any_of(
@@ -154,6 +157,8 @@ Signature signature_of(const Operation& operation) {
              has_picture ? "color: a picture in linear light, whose size and edges the results are to have.\n" : "",
              "\n", words_of_results(operation));
     Signature made = signature_of(operation.name, doc.c_str());
+    if (!operation.lens.empty())
+        made.arguments.back().type = "Camera | None";
     made.arguments.insert(made.arguments.end(), arguments.begin(), arguments.end());
     made.keywords.insert(made.keywords.begin(), keywords.begin(), keywords.end());
     made.results = operation.results ? operation.results : "";

@@ -33,7 +33,9 @@ def beside(operation, option, given):
     for need in option["needs"][:1]:
         name, _, value = need.partition("=")
         other = next(each for each in operation["options"] if each["name"] == name)
-        made[name] = value or given.get(other["kind"], 0.1)
+        if name == "relative":  # instead of a lens
+            made = {each: own for each, own in made.items() if each not in LENS}
+        made[name] = value or given.get(other["kind"], (other["choices"] or [0.1])[0])
     return made
 
 
@@ -46,6 +48,12 @@ def values(option):
     if option["kind"] in ("three numbers", "color", "direction"):
         bad = [(math.nan, 0, 0), (0, math.inf, 0)] + ([(0, 0, 0)] if option["kind"] == "direction" else [])
         return [((0.25, 0.5, 0.75), True)] + [(value, False) for value in bad]
+    if option["kind"] == "fractions":
+        bad = [(0.5, 0.25), (-0.5, 0.5), (0.5, 1.5), (math.nan, 1)]
+        return [((0.25, 0.5), True), ((0, 1), True), ((0.5, 0.5), True)] + [(value, False) for value in bad]
+    if option["kind"] == "ends":
+        bad = [(0.5, 0.25), (1, 1), (-math.inf, 1), (0, math.nan)]
+        return [((0.25, 2), True), ((-3, 0), True)] + [(value, False) for value in bad]
     if option["kind"] == "lens":
         return [((40, 180), True), ((0, 0), True), ((-1, 180), False), ((40, -1), False), ((math.inf, 1), False)]
     if option["kind"] == "pixel":

@@ -242,6 +242,7 @@ def test_filled_depth_blurs_as_the_program_does(tmp_path, program, millimetres, 
     assert (filled[millimetres > 0] == millimetres[millimetres > 0]).all()
     assert filled[0, 0] == millimetres[0, 6] and (millimetres[0, :6] == 0).all()
     assert same_bits(fathom.dof(filled, kinect, color, **LENS), numpy.load(tmp_path / "r.npy"))
+    assert same_bits(fathom.dof(millimetres, kinect, color, **LENS, invalid="fill"), numpy.load(tmp_path / "r.npy"))
     image = fathom.Image(millimetres)
     assert same_bits(fathom.fill_invalid(image, kinect).numpy(), filled)
 
@@ -259,9 +260,101 @@ def test_a_grown_foreground_is_the_programs(tmp_path, program, metres, keys):
     grown = fathom.grow_foreground(depth, camera, 2)
     assert not same_bits(grown, depth)
     assert same_bits(fathom.dof(grown, camera, color, **LENS), numpy.load(tmp_path / "r.npy"))
+    assert same_bits(fathom.dof(depth, camera, color, **LENS, grow_foreground=2), numpy.load(tmp_path / "r.npy"))
     assert same_bits(fathom.grow_foreground(depth, camera, pixels=0), depth)
     with pytest.raises(ValueError, match="17"):
         fathom.grow_foreground(depth, camera, 17)
+
+
+def relative_depth(kind, height=64, width=96):
+    """As a network gives it, high for what is near: a slope with a disc before it."""
+    y, x = numpy.mgrid[0:height, 0:width] / (height / 64)
+    values = 0.1 + 0.004 * x + 0.5 * (numpy.hypot(x - 50, y - 30) < 16)
+    if kind == "float32":  # of any range, and with holes
+        values = (values * 40 - 7).astype(numpy.float32)
+        values[3:6, 5:9] = numpy.nan
+        return values
+    return numpy.rint(values * numpy.iinfo(kind).max).astype(kind)
+
+
+@pytest.mark.parametrize("kind", ["uint8", "uint16", "float32"])
+@pytest.mark.parametrize("scale", [1, 3])
+def test_relative_depth_is_blurred_as_by_the_program(tmp_path, program, kind, scale):
+    """Its steps, its range, and its size."""
+    depth = relative_depth(kind)
+    color = picture((scale * depth.shape[0], scale * depth.shape[1]))
+    file = tmp_path / ("d.npy" if kind == "float32" else "d.png")
+    write_depth(file, depth)
+    write_pfm(tmp_path / "color.pfm", color)
+    at = (50 * scale, 30 * scale)
+    ignored = numpy.zeros(depth.shape, numpy.uint8)
+    ignored[40:50, 60:90] = 1
+    PIL_Image.fromarray(ignored).save(tmp_path / "ignored.png")
+    high = {"relative": "high-is-near", "blur_px": 11}
+    common = ["--relative", "high-is-near", "--blur-px", 11, "--color", tmp_path / "color.pfm"]
+    focus = ["--focus-at", "%d,%d" % at]
+    made = []
+    for arguments, got in (
+        (["dof", *common, *focus], fathom.dof(depth, None, color, **high, focus_at=at)),
+        (
+            ["dof", *common, *focus, "--grow-foreground", 0, "--invalid", "fill", "--ignore", tmp_path / "ignored.png"],
+            fathom.dof(depth, None, color, **high, focus_at=at, grow_foreground=0, invalid="fill", ignore=ignored),
+        ),
+        (
+            ["dof", *common, "--focus-range", "0.2,0.4", "--aperture", 6],
+            fathom.dof(depth, None, color, **high, focus_range=(0.2, 0.4), blades=6),
+        ),
+        (
+            ["dof", "--relative", "low-is-near", "--blur-px", 7, "--relative-range", "2,200", *common[-2:], *focus],
+            fathom.dof(depth, None, color, relative="low-is-near", blur_px=7, relative_range=(2, 200), focus_at=at),
+        ),
+        (
+            ["dof-masks", "--mask", "coc", *common, *focus],
+            fathom.dof_masks(depth, None, **high, focus_at=at, color=color).coc,
+        ),
+        (
+            ["dof-masks", "--mask", "near", *common[:-2], "--focus-range", "0,0.3"],
+            fathom.dof_masks(depth, None, **high, focus_range=(0, 0.3), near_weight=True).near_weight,
+        ),
+    ):
+        program(*arguments, file, "-o", tmp_path / "r.npy")
+        assert same_bits(got, numpy.load(tmp_path / "r.npy")), arguments
+        assert not any(got.shape == other.shape and same_bits(got, other) for other in made)
+        made.append(got)
+    on_device = fathom.dof(fathom.Image(depth), None, fathom.Image(color), **high, focus_at=at)
+    assert same_bits(on_device.numpy(), made[0])
+    if kind == "uint8":
+        grey = numpy.repeat(depth[..., None], 3, axis=-1)
+        assert same_bits(fathom.dof(grey, None, color, **high, focus_at=at), made[0])
+
+
+def test_what_is_wrong_with_relative_depth_is_refused(metres, keys):
+    depth, camera = relative_depth("uint8"), fathom.Camera(**keys)
+    color = picture(depth.shape)
+    blur = {"relative": "high-is-near", "blur_px": 9, "focus_at": (50, 30)}
+    assert numpy.array_equal(fathom.dof(depth, None, color, **{**blur, "blur_px": 0}), color)
+    for wrong, given in (
+        ("camera: relative depth has none", {"camera": camera}),
+        ("storage: the dtype", {"storage": "uint8"}),
+        ("blur_px: missing", {"blur_px": None}),
+        ("focus_at: missing", {"focus_at": None}),
+        ("exclude each other", {"f_stop": 2}),
+        ("exclude each other", {"clean_plate": color, "clean_plate_depth": depth}),
+        ("outside|within", {"focus_at": (400, 4)}),
+        ("depth: has no two different values", {"depth": numpy.zeros_like(depth)}),
+        ("depth: has colours, as at pixel", {"depth": (color * 255).astype(numpy.uint8)}),
+        ("same ratio of width to height", {"color": color[:-20]}),
+        ("8 or 16 bits, or floats", {"depth": depth.astype(numpy.uint32)}),
+        ("ignore: its shape", {"ignore": color}),
+    ):
+        with pytest.raises(ValueError, match=wrong):
+            fathom.dof(**{"depth": depth, "camera": None, "color": color, **blur, **given})
+    with pytest.raises(TypeError, match=r"dof\(\): camera must be a fathom.Camera, not None, which is for relative depth"):
+        fathom.dof(depth, None, color, circle=(3, 1))
+    with pytest.raises(TypeError, match="fathom.Camera"):
+        fathom.ssao(depth, None, 0.3)
+    with pytest.warns(fathom.CameraWarning, match="relative_range which codes are nearest"):
+        fathom.dof(depth // 32 + 3, None, color, **{**blur, "relative": "low-is-near"})
 
 
 @pytest.mark.parametrize("operation", ["dof", "fog"])

@@ -73,6 +73,7 @@ def test_types_of_results(tmp_path, checked):
         "fathom.ssao(a, c, thickness='silhouette')": "numpy.ndarray",
         "fathom.dof(a, c, a, clean_plate=a, clean_plate_depth=a)": "numpy.ndarray",
         "fathom.ssao(a, c, confidence=bool(a[0, 0]))": "fathom._operations.Occlusion[numpy.ndarray",
+        "fathom.dof(a, None, a, relative='high-is-near', blur_px=24, focus_at=(3, 4))": "numpy.ndarray",
         "fathom.fog(a, c, a, 0.1, fog_color=numpy.array([1, 2, 3]))": "numpy.ndarray",
         "fathom.check(a, c, circle=(3, 1), sky='sharp')": "list[str]",
         "fathom.devices()": "fathom._fathom.DeviceInfo]",

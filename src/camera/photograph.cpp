@@ -5,12 +5,15 @@
 
 #include "description/photograph.hpp"
 #include "camera/edge_upsampling.hpp"
+#include "camera/relative_values.hpp"
 #include "description/check.hpp"
 #include "require.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <system_error>
+#include <thread>
 
 namespace fathom {
 namespace {
@@ -111,6 +114,19 @@ void EdgeUpsampling::rows_of_distances(int begin, int end, bool inverse, float* 
         }
 }
 
+void in_threads(int rows, const std::function<void(int begin, int end)>& work) {
+    const int cores = static_cast<int>(std::thread::hardware_concurrency()), parts = std::clamp(cores, 1, rows);
+    const auto first = [=](int part) { return static_cast<int>(static_cast<long long>(rows) * part / parts); };
+    std::vector<std::jthread> others; // which end with this call
+    int part = 0;
+    try {
+        for (; part + 1 < parts; ++part)
+            others.emplace_back([&work, begin = first(part), end = first(part + 1)] { work(begin, end); });
+    } catch (const std::system_error&) { // no more threads
+    }
+    work(first(part), rows);
+}
+
 bool have_same_ratio(int width, int height, int other_width, int other_height) {
     if (other_width < width)
         return have_same_ratio(other_width, other_height, width, height);
@@ -129,7 +145,10 @@ std::vector<float> upsample_along_edges(const HostFloats& depth, const HostFloat
             " channels; it must have 3, or 4 with an alpha");
     const EdgeUpsampling upsampling(depth, color);
     std::vector<float> result(static_cast<std::size_t>(color.width) * static_cast<std::size_t>(color.height));
-    upsampling.rows(0, color.height, result.data());
+    in_threads(color.height, [&](int begin, int end) {
+        upsampling.rows(begin, end,
+                        result.data() + static_cast<std::size_t>(begin) * static_cast<std::size_t>(color.width));
+    });
     return result;
 }
 

@@ -1,13 +1,16 @@
 // Relative depth. With 1/z = A + B v the circle of a thin lens, k (1 - S/z), is affine in v: blur_px (v_focus - v).
 // So no camera is needed, and an orthographic one with z affine in v stands in, whose circle g z - k is that line.
 
-#include <fathom/relative.hpp>
+#include "camera/relative_values.hpp"
 
+#include "camera/edge_upsampling.hpp"
 #include "require.hpp"
+#include "text.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <iomanip>
 #include <limits>
 #include <vector>
 
@@ -198,6 +201,52 @@ private:
     std::vector<float> widths_;
 };
 
+// The one channel of pixels, or R where R = G = B; an alpha does not count.
+std::vector<float> one_channel(const HostFloats& image) {
+    require(image.data && image.width > 0 && image.height > 0, "has no pixels");
+    require(image.channels == 1 || image.channels == 3 || image.channels == 4, "has ", image.channels,
+            " channels; depth without a unit has one, or R = G = B");
+    const auto channels = static_cast<std::size_t>(image.channels), width = static_cast<std::size_t>(image.width);
+    const std::size_t stride = image.row_stride > 0 ? image.row_stride : width * channels;
+    std::vector<float> values;
+    values.reserve(width * static_cast<std::size_t>(image.height));
+    for (int y = 0; y < image.height; ++y)
+        for (int x = 0; x < image.width; ++x) {
+            const float* pixel =
+                image.data + static_cast<std::size_t>(y) * stride + static_cast<std::size_t>(x) * channels;
+            require(channels == 1 ||
+                        !(pixel[0] < pixel[1] || pixel[0] > pixel[1] || pixel[0] < pixel[2] || pixel[0] > pixel[2]),
+                    "has colours, as at pixel (", x, ", ", y,
+                    "): it is a picture, or depth painted with a colour map, which cannot be undone; save the depth in "
+                    "grey");
+            values.push_back(*pixel);
+        }
+    return values;
+}
+
+// The least and the greatest finite value; infinity and -infinity of none.
+std::array<double, 2> ends_of(std::span<const float> values) {
+    std::array<float, 2> ends{far_away, -far_away};
+    for (const float value : values)
+        if (std::isfinite(value))
+            ends = {std::min(ends[0], value), std::max(ends[1], value)};
+    return {static_cast<double>(ends[0]), static_cast<double>(ends[1])};
+}
+
+void check_bits(int bits) {
+    require(bits == 8 || bits == 16 || bits == 32, "bits = ", bits, " must be 8, 16 or 32");
+}
+
+std::optional<std::string> little_range(std::span<const float> values, int bits, const std::string& range_option) {
+    constexpr double little = 0.1; // of 0 to 1
+    const auto [least, most] = ends_of(values);
+    if (most - least >= little)
+        return std::nullopt;
+    return text("its values take ", std::setprecision(2), 100 * (most - least), " % of what ", bits,
+                " bits hold, so that little is blurred; say with ", range_option,
+                " which codes are nearest and farthest");
+}
+
 } // namespace
 
 Camera relative_camera(int width, int height, RelativeOrder order) {
@@ -246,6 +295,60 @@ void smooth_steps(std::span<float> values, int width, int height, double step) {
         if (within[i] != 0) // what is stored from 0 to 1 stays there
             values[i] = std::clamp(values[i] + static_cast<float>(within[i] * step), std::min(values[i], 0.0f),
                                    std::max(values[i], 1.0f));
+}
+
+void to_fractions(std::span<float> values, int bits, const std::optional<std::array<double, 2>>& range) {
+    check_bits(bits);
+    if (range)
+        require((*range)[0] < (*range)[1], "cannot be brought from ", (*range)[0], " to ", (*range)[1],
+                "; the range's first end must be the lesser one");
+    const std::array<double, 2> ends = ends_of(values);
+    if (bits < 32 && !range && ends[0] < ends[1]) {
+        for (float& value : values)
+            value /= bits == 8 ? 255.0f : 65535.0f;
+        return;
+    }
+    const auto [low, high] = range.value_or(ends);
+    require(high > low, "has no two different values, so nothing is nearer than anything else; is it the right file?");
+    require(std::isfinite(low) && std::isfinite(high), "cannot be brought from ", low, " to ", high,
+            "; both ends of the range must be finite");
+    for (float& value : values)
+        if (!std::isnan(value))
+            value = static_cast<float>(std::clamp((static_cast<double>(value) - low) / (high - low), 0.0, 1.0));
+}
+
+RelativeValues relative_values(const HostFloats& stored, int bits, const RelativeOptions& options,
+                               const HostFloats& color, const std::string& range_option, const InRows& in_rows) {
+    RelativeValues result{one_channel(stored), stored.width, stored.height};
+    to_fractions(result.values, bits, options.range);
+    if (bits == 8 && !options.range)
+        smooth_steps(result.values, result.width, result.height, 1 / 255.0);
+    if (bits < 32 && !options.range)
+        if (const auto doubt = little_range(result.values, bits, range_option))
+            result.doubts.push_back(*doubt);
+    if (color.data) {
+        constexpr double other_ratio = 0.01;
+        const double aspect = static_cast<double>(color.width) / color.height * stored.height / stored.width;
+        require(std::abs(aspect - 1) <= other_ratio, "is ", stored.width, " x ", stored.height, ", but its picture is ",
+                color.width, " x ", color.height, "; both must show the same, with the same ratio of width to height");
+        if (color.width != stored.width || color.height != stored.height) {
+            const EdgeUpsampling upsampling({result.values.data(), stored.width, stored.height}, color);
+            std::vector<float> fine(static_cast<std::size_t>(color.width) * static_cast<std::size_t>(color.height));
+            in_rows(color.height, [&](int begin, int end) {
+                upsampling.rows(begin, end,
+                                fine.data() + static_cast<std::size_t>(begin) * static_cast<std::size_t>(color.width));
+            });
+            result = {std::move(fine), color.width, color.height, std::move(result.doubts)};
+        }
+    }
+    if (options.focus_range)
+        flatten_range(result.values, *options.focus_range);
+    return result;
+}
+
+RelativeValues relative_values(const HostFloats& stored, int bits, const RelativeOptions& options,
+                               const HostFloats& color, const std::string& range_option) {
+    return relative_values(stored, bits, options, color, range_option, in_threads);
 }
 
 } // namespace fathom

@@ -72,7 +72,7 @@ inline nlohmann::ordered_json as_json(const Result& result) {
 inline nlohmann::ordered_json as_json(const Operation& operation,
                                       const std::function<std::string(const Option&)>& spelled = {}) {
     nlohmann::ordered_json options = nlohmann::ordered_json::array(), results = options;
-    for (const std::vector<Option>* listed : {&operation.lens, &operation.options})
+    for (const std::vector<Option>* listed : operation.listed())
         for (const Option& option : *listed)
             if (auto& json = options.emplace_back(as_json(option)); spelled) {
                 json["program"] = spelled(option);

@@ -37,7 +37,8 @@ struct DofCall {
                                .arguments = {"color"},
                                .group = "Blur",
                                .layer = "dof",
-                               .excluding = {{{"ratio", {"blades"}}}}};
+                               .excluding = {{{"ratio", {"blades"}}, {"clean_plate", {"relative"}}}},
+                               .repairs = true};
 
     Image color = {};
     CircleOfConfusion circle = {};

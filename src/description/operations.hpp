@@ -37,10 +37,14 @@ struct Given {
 struct Operation : Said {
     std::vector<Option> options;                     ///< images among them
     std::vector<Option> lens = {};                   ///< of the `LensArguments` that make the circle, if it takes one
+    std::vector<Option> repair = {};                 ///< of the `DepthRepair` before it, if there is one
     std::shared_ptr<void> (*make)(const void* like); ///< a call, whose options are those of another, or the defaults
     std::vector<Result> (*results_of)(void*, const StoredDepth&);
     void (*run)(const void*, const StoredDepth&, const Launch&);
     Reach (*reach)(const void*, const Tile&); ///< of a call; none of one whose reach depends on what the depth shows
+
+    /// All of them.
+    std::array<const std::vector<Option>*, 3> listed() const { return {&lens, &options, &repair}; }
 
     void set(void* call, const Option& option, const Value& value) const {
         option.set_field(static_cast<char*>(call) + option.offset, value);
@@ -51,7 +55,7 @@ struct Operation : Said {
 /// those of one name.
 inline void relate(Operation& operation) {
     std::vector<Option*> all;
-    for (std::vector<Option>* listed : {&operation.lens, &operation.options})
+    for (std::vector<Option>* listed : {&operation.lens, &operation.options, &operation.repair})
         for (Option& one : *listed) {
             all.push_back(&one);
             for (const Option& other : *listed)
@@ -74,8 +78,10 @@ inline void relate(Operation& operation) {
     };
     add(operation.needing, &Option::needs, false);
     add(operation.excluding, &Option::excludes, true);
-    if (!operation.lens.empty())
+    if (!operation.lens.empty()) {
+        add(lens_needing, &Option::needs, false);
         add(lens_excluding, &Option::excludes, true);
+    }
     for (Option* option : all)
         option->excludes.erase(std::unique(option->excludes.begin(), option->excludes.end()), option->excludes.end());
 }
@@ -97,7 +103,9 @@ inline std::string wrong_together(const Operation& operation, const std::vector<
                                  (value.empty() ||
                                   each.option->choices()[std::get<std::size_t>(*each.value)] == value.substr(1));
                       });
-            needs.push_back(text(spelled(*std::ranges::find(operation.options, name, &Option::name)), value));
+            for (const std::vector<Option>* listed : operation.listed())
+                if (const auto its = std::ranges::find(*listed, name, &Option::name); its != listed->end())
+                    needs.push_back(text(spelled(*its), value));
         }
         if (!has_one)
             return text(spelled(*option), ": is of no use without ", in_words(needs));
@@ -109,6 +117,7 @@ template <typename Call>
 Operation operation_of() {
     Operation made{Call::said,
                    options_of(Call{}),
+                   {},
                    {},
                    [](const void* like) {
                        return std::shared_ptr<void>(like ? std::make_shared<Call>(*static_cast<const Call*>(like))
@@ -132,8 +141,16 @@ Operation operation_of() {
         };
     if (LensArguments lens; std::ranges::count(made.options, Kind::lens, &Option::kind) > 0)
         describe(List(&lens, made.lens), lens);
+    if (DepthRepair repair; made.repairs)
+        describe(List(&repair, made.repair), repair);
     relate(made);
     return made;
+}
+
+/// Is it of relative depth alone?
+inline bool is_of_relative(const Option& option) {
+    constexpr std::string_view relative = "relative";
+    return option.name == relative || std::ranges::count(option.needs, relative) > 0;
 }
 
 inline const std::vector<Operation>& operations() {

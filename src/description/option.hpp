@@ -106,8 +106,8 @@ private:
             field = static_cast<Field>(std::get<std::size_t>(value));
         else if constexpr (std::is_empty_v<Field>)
             return; // it has one value
-        else if constexpr (is_any_of<Field, double, bool, LensArguments::Pixel, LensArguments::AlongRay, Image,
-                                     StoredDepth, Region, CircleOfConfusion>)
+        else if constexpr (is_any_of<Field, double, bool, std::array<double, 2>, LensArguments::Pixel,
+                                     LensArguments::AlongRay, Image, StoredDepth, Region, CircleOfConfusion>)
             field = std::get<Field>(value);
         else if constexpr (std::is_arithmetic_v<Field>)
             field = static_cast<Field>(std::get<double>(value));

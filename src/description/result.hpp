@@ -28,6 +28,7 @@ struct Said {
     const char* layer = "";                    ///< of an EXR to which a result of few words is appended
     Relations needing = {}, excluding = {};    ///< between options, beside those of one variant
     const char* results = nullptr;             ///< the struct of several results
+    bool repairs = false;                      ///< is its depth repaired before?
     bool first_alone = false;                  ///< is the first of them given without the struct if it is all there is?
 };
 

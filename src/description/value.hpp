@@ -31,6 +31,8 @@ enum class Kind {
     ray,        ///< a pixel and a distance along its ray
     lens,       ///< a circle of confusion, or the lens that makes one
     region,     ///< a part of the depth image
+    fractions,  ///< from one number to another, of 0 to 1
+    ends,       ///< a number and a greater one
     result,     ///< a flag that asks for a result of this name
     picture,    ///< 3 or 4 channels
     directions, ///< an image of 3 or 4 floats a pixel
@@ -61,6 +63,8 @@ inline constexpr SaidOfKind said_of_kinds[] = {
     {"ray", "a pixel's two whole numbers and a distance ", "X,Y,D", 2},
     {"lens", "two numbers ", "K,G"},
     {"region", "four whole numbers: x, y, and a width and a height from 1", "X,Y,W,H", 4},
+    {"fractions", "two numbers with 0 <= A <= B <= 1", "A,B"},
+    {"ends", "two finite numbers with A < B", "A,B"},
     {"result", "yes or no"},
     {"picture", "an image of 3 or 4 channels"},
     {"directions", "an image of 3 or 4 floats a pixel"},
@@ -86,8 +90,9 @@ inline std::string in_words(Kind kind) {
 }
 
 /// What an option is set to: a number, the index of a choice, yes or no, three numbers, or what its kind says.
-using Value = std::variant<double, std::size_t, bool, std::array<double, 3>, LensArguments::Pixel,
-                           LensArguments::AlongRay, Image, StoredDepth, Region, CircleOfConfusion>;
+using Value =
+    std::variant<double, std::size_t, bool, std::array<double, 3>, std::array<double, 2>, LensArguments::Pixel,
+                 LensArguments::AlongRay, Image, StoredDepth, Region, CircleOfConfusion>;
 
 template <typename Type, typename... Types>
 inline constexpr bool is_any_of = (std::is_same_v<Type, Types> || ...);
@@ -97,7 +102,7 @@ template <typename Field>
 std::optional<Value> value_of(const Field& field) {
     if constexpr (std::is_enum_v<Field>)
         return static_cast<std::size_t>(field);
-    else if constexpr (is_any_of<Field, bool, Region>)
+    else if constexpr (is_any_of<Field, bool, Region, std::array<double, 2>>)
         return field;
     else if constexpr (std::is_convertible_v<Field, double>)
         return static_cast<double>(field);
@@ -123,6 +128,8 @@ inline std::optional<Value> value_of(Kind kind, const std::vector<double>& n) {
         return CircleOfConfusion{n[0], n[1]};
     if (kind == Kind::region)
         return Region{whole(0), whole(1), whole(2), whole(3)};
+    if (n.size() == 2)
+        return std::array{n[0], n[1]};
     return std::array{n[0], n[1], n[2]};
 }
 
@@ -132,6 +139,8 @@ inline std::string in_words(const Value& value) {
         return text("(", region->x, ", ", region->y, ", ", region->width, ", ", region->height, ")");
     if (const auto* three = std::get_if<std::array<double, 3>>(&value))
         return text("(", (*three)[0], ", ", (*three)[1], ", ", (*three)[2], ")");
+    if (const auto* two = std::get_if<std::array<double, 2>>(&value))
+        return text("(", (*two)[0], ", ", (*two)[1], ")");
     const auto* index = std::get_if<std::size_t>(&value);
     return index ? text(static_cast<int>(*index)) : text(std::get<double>(value));
 }
@@ -178,6 +187,9 @@ struct Accepts {
                 return ray_distance.holds(own.distance);
             else if constexpr (std::is_same_v<Own, Region>)
                 return own.width >= 1 && own.height >= 1; // the image has to hold it, too
+            else if constexpr (std::is_same_v<Own, std::array<double, 2>>)
+                return kind == Kind::fractions ? 0 <= own[0] && own[0] <= own[1] && own[1] <= 1
+                                               : std::isfinite(own[0]) && own[0] < own[1] && std::isfinite(own[1]);
             else if constexpr (requires { own[2]; })
                 return std::ranges::all_of(own, [](double n) { return std::isfinite(n); }) &&
                        (kind != Kind::direction || own != Own{});

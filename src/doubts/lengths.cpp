@@ -72,6 +72,10 @@ std::vector<std::string> radius_doubts(const Subject& subject, double radius) {
 std::vector<std::string> lens_doubts(const Subject& subject, const LensArguments& lens, const CircleOfConfusion& circle,
                                      Sky sky, double max_coc_px, const LensWords& words) {
     const Look& look = subject.look;
+    if (lens.relative)
+        return lens.focus_range ? std::vector<std::string>{} // all may be in focus
+                                : circle_doubts(subject, circle, sky, max_coc_px,
+                                                text(words.option("blur_px"), " is ", number(*lens.blur_px)), words);
     if (lens.circle)
         return circle_doubts(subject, circle, sky, max_coc_px,
                              text("is ", words.option("circle"), " in pixels and scene units?"), words);

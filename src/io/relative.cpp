@@ -3,6 +3,7 @@
 #include "relative_input.hpp"
 
 #include "camera/edge_upsampling.hpp"
+#include "camera/relative_values.hpp"
 
 #include <fathom/error.hpp>
 
@@ -12,6 +13,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <stdexcept>
 #include <utility>
 
 namespace fathom {
@@ -47,19 +49,6 @@ cv::Mat io::only_channel(const std::filesystem::path& file, const cv::Mat& image
 
 namespace {
 
-/// Values to 0 to 1 by a range.
-void normalise(const std::filesystem::path& file, cv::Mat& values, const std::array<double, 2>& range) {
-    const auto [low, high] = range;
-    if (!(high > low))
-        refuse(file, "has no two different values, so nothing is nearer than anything else; is it the right file?");
-    if (!std::isfinite(low) || !std::isfinite(high))
-        refuse(file, "cannot be brought from " + std::to_string(low) + " to " + std::to_string(high) +
-                         "; both ends of the range must be finite");
-    for (float& value : cv::Mat_<float>(values))
-        if (!std::isnan(value))
-            value = static_cast<float>(std::clamp((static_cast<double>(value) - low) / (high - low), 0.0, 1.0));
-}
-
 /// The image, and the name of the channel of an OpenEXR file.
 std::pair<cv::Mat, std::string> image_and_channel(const std::filesystem::path& file, const std::string& channel) {
     if (io::begins_like_exr(file)) {
@@ -92,7 +81,7 @@ io::RelativeInput stored_values(const std::filesystem::path& file, const std::st
     image.convertTo(values, CV_32F);
     if (ignored)
         values.setTo(std::numeric_limits<double>::quiet_NaN(), ignored(values.size()));
-    result.stored.add({values.ptr<float>(), values.cols, values.rows, 1, values.step1()});
+    result.look.add({values.ptr<float>(), values.cols, values.rows, 1, values.step1()});
     return result;
 }
 
@@ -105,33 +94,26 @@ std::optional<std::array<double, 2>> io::range_of_floats(const std::filesystem::
         const RelativeInput input = stored_values(file, channel, ignored);
         if (input.depth.bits < 32)
             return std::nullopt;
-        if (input.stored.surfaces() == 0)
+        if (input.look.surfaces() == 0)
             return std::array<double, 2>{INFINITY, -INFINITY};
-        return std::array<double, 2>{input.stored.nearest, input.stored.farthest};
+        return std::array<double, 2>{input.look.nearest, input.look.farthest};
     });
 }
 
-io::RelativeInput io::read_relative_input(const std::filesystem::path& file, const ReadRelativeOptions& options,
-                                          const std::optional<std::array<double, 2>>& of_shot, const Ignored& ignored) {
+io::RelativeInput io::read_relative_input(const std::filesystem::path& file, const std::string& channel,
+                                          const Ignored& ignored) {
     check_readable(file);
-    return within_memory(file, [&] {
-        RelativeInput result = stored_values(file, options.channel, ignored);
-        RelativeFile& depth = result.depth;
-        if (options.range && !(options.range->front() < options.range->back()))
-            refuse(file, "cannot be brought from " + std::to_string(options.range->front()) + " to " +
-                             std::to_string(options.range->back()) + "; the range's first end must be the lesser one");
-        const std::array<double, 2> ends{result.stored.nearest, result.stored.farthest};
-        if (depth.bits == 32 || options.range || ends[0] == ends[1])
-            normalise(file, depth.values, options.range.value_or(depth.bits == 32 ? of_shot.value_or(ends) : ends));
-        else
-            for (float& value : cv::Mat_<float>(depth.values))
-                value /= depth.bits == 8 ? 255.0f : 65535.0f;
-        return result;
-    });
+    return within_memory(file, [&] { return stored_values(file, channel, ignored); });
 }
 
 RelativeFile read_relative(const std::filesystem::path& file, const ReadRelativeOptions& options) {
-    return io::read_relative_input(file, options).depth;
+    RelativeFile depth = io::read_relative_input(file, options.channel).depth;
+    try {
+        to_fractions({depth.values.ptr<float>(), depth.values.total()}, depth.bits, options.range);
+    } catch (const std::invalid_argument& error) {
+        refuse(file, error.what());
+    }
+    return depth;
 }
 
 cv::Mat upsample_along_edges(const cv::Mat& depth, const cv::Mat& color) {

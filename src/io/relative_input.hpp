@@ -12,19 +12,18 @@
 
 namespace fathom::io {
 
-/// Relative depth, and what its file stores before values become 0 to 1.
+/// Relative depth as its file stores it.
 struct RelativeInput {
     RelativeFile depth;
     std::string channel = {}; ///< of an OpenEXR file
-    Look stored = {};         ///< the least value as the nearest
+    Look look = {};           ///< the least value as the nearest
 };
 
 /// Which pixels of an image of this size do not count, as CV_8UC1: those that are not 0.
 using Ignored = std::function<cv::Mat(cv::Size)>;
 
-/// As `read_relative`. `of_shot`: the range of the floats of all frames. Pixels that do not count become NaN.
-RelativeInput read_relative_input(const std::filesystem::path& file, const ReadRelativeOptions& options,
-                                  const std::optional<std::array<double, 2>>& of_shot = {},
+/// Reads relative depth as `read_relative`, whose values are not yet 0 to 1. Pixels that do not count become NaN.
+RelativeInput read_relative_input(const std::filesystem::path& file, const std::string& channel,
                                   const Ignored& ignored = {});
 
 /// The least and the greatest of a file's floats that count, infinity and -infinity where none does; nothing for integers.

@@ -44,6 +44,13 @@ LensArguments completed(LensArguments lens, const LensDefaults& defaults, const 
     check_exclusions(lens, words.option);
     if (lens.circle)
         return lens;
+    if (lens.relative) {
+        require(lens.blur_px.has_value(), option("blur_px"),
+                ": missing; say with it how many pixels wide the largest blur is, for instance 24");
+        require(lens.focus_at || lens.focus_range, option("focus_at"), ": missing; say with ", option("focus_at"),
+                " X,Y which pixel is in focus, or with ", option("focus_range"), " A,B which values are");
+        return lens;
+    }
     static const std::vector<description::Option> described = description::options_of(LensArguments{});
     const auto use_default = [&](std::optional<double>& value, const std::optional<double>& from_camera,
                                  const char* name, const char* key) {
@@ -80,6 +87,12 @@ LensArguments completed(LensArguments lens, const LensDefaults& defaults, const 
     return lens;
 }
 
+RelativeOptions relative_options(const LensArguments& lens) {
+    describe_relative(description::Check{}, lens);
+    const auto& range = lens.focus_range;
+    return {lens.relative_range, range ? std::optional(FocusRange{(*range)[0], (*range)[1]}) : std::nullopt};
+}
+
 double focus_of(const LensArguments& lens, const StoredDepth& stored) {
     if (lens.focus_at) {
         const auto [x, y] = *lens.focus_at;
@@ -98,7 +111,16 @@ double focus_of(const LensArguments& lens, const StoredDepth& stored) {
 }
 
 CircleOfConfusion circle_for(const LensArguments& lens, const StoredDepth& stored) {
+    describe_relative(description::Check{}, lens);
     check_exclusions(lens, LensWords{}.option);
+    if (lens.relative) {
+        require(lens.blur_px.has_value(), "the lens has no blur_px");
+        const bool falls = *lens.relative == RelativeOrder::high_is_near;
+        if (lens.focus_range)
+            return relative_circle(*lens.blur_px, lens.focus_range->front(), *lens.relative);
+        const double z = focus_of(lens, stored);
+        return relative_circle(*lens.blur_px, falls ? 1 - z : z, *lens.relative);
+    }
     if (lens.circle) {
         const DepthForm form = depth_form(straightened(stored.camera), stored.storage);
         const CircleOfConfusion circle{(*lens.circle)[0], (*lens.circle)[1],
@@ -114,6 +136,18 @@ CircleOfConfusion circle_for(const LensArguments& lens, const StoredDepth& store
                                 .sensor_mm = lens.sensor_mm,
                                 .mm_per_unit = lens.mm_per_unit},
                                stored.camera);
+}
+
+StoredDepth repaired(const StoredDepth& stored, const DepthRepair& repair, const LensArguments& lens) {
+    describe(description::Check{}, repair);
+    StoredDepth depth = repair.invalid == DepthRepair::Invalid::fill ? fill_invalid(stored) : stored;
+    if (const int pixels = grown_pixels(repair, lens))
+        depth = grow_foreground(depth, pixels);
+    return depth;
+}
+
+int grown_pixels(const DepthRepair& repair, const LensArguments& lens) {
+    return repair.grow_foreground.value_or(lens.relative ? 1 : 0);
 }
 
 } // namespace fathom

@@ -3,6 +3,7 @@
 #include <fathom/linearize.hpp>
 
 #include "camera/edge_upsampling.hpp"
+#include "camera/relative_values.hpp"
 #include "operations/parameters.hpp"
 #include "require.hpp"
 #include "runtime/scratch.hpp"
@@ -54,8 +55,13 @@ StoredDepth upsample_along_edges(const StoredDepth& stored, const Image& color) 
     const std::vector<float> z = floats_of(linearize(stored).image), light = floats_of(color);
     const Layout layout{color.width(), color.height()};
     std::vector<float> fine(static_cast<std::size_t>(layout.width) * static_cast<std::size_t>(layout.height));
-    EdgeUpsampling({z.data(), width, height}, {light.data(), layout.width, layout.height, color.channels()})
-        .rows_of_distances(0, layout.height, stored.camera.projection.is_perspective(), fine.data());
+    const EdgeUpsampling upsampling({z.data(), width, height},
+                                    {light.data(), layout.width, layout.height, color.channels()});
+    in_threads(layout.height, [&](int begin, int end) {
+        upsampling.rows_of_distances(begin, end, stored.camera.projection.is_perspective(),
+                                     fine.data() +
+                                         static_cast<std::size_t>(begin) * static_cast<std::size_t>(layout.width));
+    });
     const Device& device = stored.image.device();
     const Image image(device, Element::f32, layout);
     runtime::copy(Image::from_host(device, Element::f32, fine.data(), layout), image);

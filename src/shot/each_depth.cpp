@@ -54,7 +54,7 @@ int each_depth(const DepthOptions& options, const Product& product, const More& 
     }
     catch_interrupts();
     std::vector<std::string> ranges;
-    if (options.relative.order && !options.relative.range)
+    if (options.relative.order && !options.relative.options.range)
         ranges = find_ranges(options, jobs);
     std::vector<std::size_t> wanted;
     for (std::size_t i = 0; i < jobs.size(); ++i)

@@ -34,11 +34,9 @@ struct Given {
 };
 
 /// Depth without a unit, see fathom/relative.hpp.
-struct RelativeOptions {
+struct RelativeSource {
     std::optional<RelativeOrder> order; ///< none: the depth has a camera
-    std::optional<double> blur_px;
-    std::optional<FocusRange> focus_range;
-    std::optional<std::array<double, 2>> range;
+    RelativeOptions options;
     std::optional<std::size_t> picture; ///< which companion of an input gives the size
     std::string color_layer;            ///< of that picture
 };
@@ -52,7 +50,7 @@ struct DepthOptions {
     std::vector<Animation> animations;
     bool interpolate = false; ///< are frames between those of an animation filled?
     CameraOption camera;
-    RelativeOptions relative; ///< of commands that take it
+    RelativeSource relative; ///< of commands that take it
     std::string output;
     std::string format; ///< extension of the results in a folder, with its dot; empty: .exr
     std::string channel;

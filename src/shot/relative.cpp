@@ -1,6 +1,7 @@
 // Relative depth as it is read.
 #include "relative.hpp"
 
+#include "camera/relative_values.hpp"
 #include "io/ignored.hpp"
 #include "terminal/interrupt.hpp"
 #include "terminal/messages.hpp"
@@ -18,6 +19,8 @@
 #include <cmath>
 #include <map>
 #include <span>
+#include <stdexcept>
+#include <utility>
 
 namespace fathom::cli {
 
@@ -95,45 +98,40 @@ std::vector<std::string> find_ranges(const DepthOptions& options, std::vector<Jo
 }
 
 RelativeDepth relative_depth(const DepthOptions& options, const Job& job) {
-    constexpr double little_range = 0.1; // of 0 to 1
-    const RelativeOptions& relative = options.relative;
+    const RelativeSource& relative = options.relative;
     RelativeDepth result;
     result.input =
-        io::read_relative_input(job.input, {.channel = options.channel, .range = relative.range}, job.range,
+        io::read_relative_input(job.input, options.channel,
                                 options.ignore.empty() ? io::Ignored() : ignored_of(options, job.companions.back()));
-    cv::Mat& values = result.depth.values = std::move(result.input.depth.values);
+    const cv::Mat stored = std::exchange(result.input.depth.values, {});
     const int bits = result.input.depth.bits;
-    const auto all = [&] { return std::span(values.ptr<float>(), values.total()); };
-    if (bits == 8 && !relative.range)
-        smooth_steps(all(), values.cols, values.rows, 1 / 255.0);
-    double least = 0, most = 1;
-    cv::minMaxLoc(values, &least, &most);
-    if (bits < 32 && !relative.range && most - least < little_range)
-        result.doubts.push_back(
-            fmt::format("its values take {:.2g} % of what {} bits hold, so that little is blurred; say with "
-                        "--relative-range which codes are nearest and farthest",
-                        100 * (most - least), bits));
-    if (relative.picture) {
-        const std::filesystem::path& file = job.companions[*relative.picture];
-        const cv::Mat color = read_picture(file, {.layer = relative.color_layer, .encoding = {}}).color;
-        const double aspect = static_cast<double>(color.cols) / color.rows * values.rows / values.cols;
-        if (std::abs(aspect - 1) > 0.01)
-            throw Error(
-                fmt::format("{}: is {} × {}, but {} is {} × {}; both must show the same, with the same ratio of "
-                            "width to height",
-                            job.input.native(), values.cols, values.rows, file.native(), color.cols, color.rows));
-        if (values.size() != color.size())
-            values = upsample_along_edges(values, color);
+    cv::Mat color;
+    if (relative.picture)
+        color = read_picture(job.companions[*relative.picture], {.layer = relative.color_layer, .encoding = {}}).color;
+    RelativeOptions read = relative.options;
+    if (!read.range && bits == 32)
+        read.range = job.range;
+    const auto floats = [](const cv::Mat& image) {
+        return HostFloats{image.ptr<float>(), image.cols, image.rows, image.channels(), image.step1()};
+    };
+    const auto in_rows = [](int rows, const std::function<void(int, int)>& work) {
+        cv::parallel_for_({0, rows}, [&](const cv::Range& part) { work(part.start, part.end); });
+    };
+    try {
+        RelativeValues made = relative_values(floats(stored), bits, read, color.empty() ? HostFloats{} : floats(color),
+                                              "--relative-range", in_rows);
+        result.doubts = std::move(made.doubts);
+        result.depth.values = cv::Mat(made.height, made.width, CV_32FC1, made.values.data()).clone();
+    } catch (const std::invalid_argument& error) {
+        throw Error(about(job.input, error.what()));
     }
-    if (relative.focus_range)
-        flatten_range(all(), *relative.focus_range);
-    result.depth.windows = {{{0, 0}, values.size()}, values.size()};
+    result.depth.windows = {{{0, 0}, result.depth.values.size()}, result.depth.values.size()};
     return result;
 }
 
 std::string in_words(const io::RelativeInput& input) {
-    return fmt::format("values {} to {}, {}", number(input.stored.nearest), number(input.stored.farthest),
-                       invalid_in_words(input.stored.invalid, input.stored.pixels));
+    return fmt::format("values {} to {}, {}", number(input.look.nearest), number(input.look.farthest),
+                       invalid_in_words(input.look.invalid, input.look.pixels));
 }
 
 } // namespace fathom::cli

@@ -80,8 +80,8 @@ Held held(const std::string& channel, const Look& look) {
 Held held(const io::RelativeInput& input) {
     return {input.channel,
             in_words(input),
-            {{"stored", {{"min", json_number(input.stored.nearest)}, {"max", json_number(input.stored.farthest)}}},
-             {"invalid", input.stored.invalid}}};
+            {{"stored", {{"min", json_number(input.look.nearest)}, {"max", json_number(input.look.farthest)}}},
+             {"invalid", input.look.invalid}}};
 }
 
 } // namespace

@@ -31,8 +31,7 @@ struct DofArguments : DepthOptions {
     bool explain = false;
     PictureOptions picture;
     double highlights = 1;
-    bool fill = false;                  // invalid depths?
-    std::optional<int> grow_foreground; // by so many pixels
+    DepthRepair repair;
     std::optional<std::string> clean_plate, clean_plate_depth;
     std::optional<Packing> packing; // of the depths, as the camera file says
 };
@@ -120,10 +119,6 @@ Images read_images(const DofArguments& options, const Job& job) {
     return images;
 }
 
-int grown_pixels(const DofArguments& options) {
-    return options.grow_foreground.value_or(options.relative.order ? 1 : 0);
-}
-
 Picture blur(const DofArguments& options, const StoredDepth& stored, Loaded& frame) {
     explain_method(fathom::Operation::dof, stored, frame, options.dof.quality, options.explain);
     Images images = frame.images.get(); // read by the device until the result is there
@@ -140,10 +135,8 @@ Picture blur(const DofArguments& options, const StoredDepth& stored, Loaded& fra
         asked.clean_plate = {to_device(device, images.clean_plate.color),
                              {to_device(device, depth.values), stored.camera, depth.storage}};
     }
-    const CircleOfConfusion circle = circle_of(options.relative, options.lens, stored, frame);
-    StoredDepth depths = options.fill ? fill_invalid(stored) : stored;
-    if (const int pixels = grown_pixels(options))
-        depths = grow_foreground(depths, pixels);
+    const CircleOfConfusion circle = circle_of(options.lens, stored, frame);
+    const StoredDepth depths = repaired(stored, options.repair, options.lens);
     const Image sharp = to_device(stored.image.device(), color);
     picture.color = floats_on_host(sharp, color.channels(),
                                    [&](const Image& result) { dof(depths, sharp, result, circle, asked); });
@@ -177,43 +170,28 @@ std::function<int()> configure_dof(CLI::App& app) {
         ->type_name("X")
         ->check(is_in(description::highlights))
         ->group("Blur");
-    add_enum_option(app, "--invalid", options->fill, {{"keep", false}, {"fill", true}},
-                    "pixels without a depth keep the picture where no blur reaches\n"
-                    "them (keep; default), or take the depth of the farther valid\npixel beside them (fill)")
-        ->group("Blur");
-    app.add_option("--grow-foreground", options->grow_foreground,
-                   "makes the depth of near surfaces larger by N pixels before the\n"
-                   "blur, for depth that is soft or lies beside its picture's edges,\n" +
-                       description::grown_pixels.limits() + " (default: 0; with --relative: 1)")
-        ->type_name("N")
-        ->check(is_in(description::grown_pixels))
-        ->group("Blur");
-    add_relative_options(app, options->relative);
+    add_described_options(app, options->repair, "Blur");
+    add_relative_options(app);
     options->camera.or_relative = true;
     return [=] {
-        RelativeOptions& relative = options->relative;
+        RelativeSource& relative = options->relative;
         relative.picture = 0; // of the companions
         relative.color_layer = options->picture.color_layer;
-        if (relative.order)
-            check_relative(relative, options->lens);
-        else
-            complete(options->lens, options->camera);
+        complete(options->lens, relative, options->camera);
         More more;
         use_picture(more, options->picture);
         if (options->clean_plate) {
-            if (relative.order)
-                throw UsageError("--clean-plate: needs depth with a camera; leave out --relative, or the clean plate");
             options->camera.first_for([&](const ImportedCamera& camera) { options->packing = camera.packing; });
             more.companions.push_back({"--clean-plate", *options->clean_plate});
             more.companions.push_back(
                 {"--clean-plate-depth", options->clean_plate_depth.value_or(*options->clean_plate)});
         }
         more.read = [options](const Job& job) { return read_images(*options, job); };
-        more.whole = options->clean_plate     ? "--clean-plate"
-                     : options->fill          ? "--invalid fill"
-                     : grown_pixels(*options) ? "--grow-foreground"
-                     : options->lens.focus_at ? "--focus-at"
-                                              : "";
+        more.whole = options->clean_plate                                    ? "--clean-plate"
+                     : options->repair.invalid == DepthRepair::Invalid::fill ? "--invalid fill"
+                     : grown_pixels(options->repair, options->lens)          ? "--grow-foreground"
+                     : options->lens.focus_at                                ? "--focus-at"
+                                                                             : "";
         if (more.whole.empty()) {
             more.looks_first = true;
             more.reach = [options](const Tile& tile, const Look& look, const Job& job) {
@@ -221,8 +199,7 @@ std::function<int()> configure_dof(CLI::App& app) {
             };
         }
         more.length_doubts = [options](const StoredDepth& stored, const Subject& subject, const Job& job) {
-            return blur_doubts(options->relative, options->lens, stored, job, subject, options->dof.sky,
-                               options->dof.max_coc_px);
+            return blur_doubts(options->lens, stored, job, subject, options->dof.sky, options->dof.max_coc_px);
         };
         return each_depth(*options, product, more, [&](const StoredDepth& stored, Loaded& frame) {
             return std::vector<Result>{blur(*options, stored, frame)};

@@ -128,13 +128,10 @@ std::function<int()> configure_dof_masks(CLI::App& app) {
         ->check(is_one_of(channels))
         ->group("Output");
     add_result_options(app, described_masks, options->more);
-    add_relative_options(app, options->relative);
+    add_relative_options(app);
     options->camera.or_relative = true;
     return [=] {
-        if (options->relative.order)
-            check_relative(options->relative, options->lens);
-        else
-            complete(options->lens, options->camera);
+        complete(options->lens, options->relative, options->camera);
         const Product product = product_for(*options);
         More more;
         if (!options->picture.color.empty()) {
@@ -158,13 +155,12 @@ std::function<int()> configure_dof_masks(CLI::App& app) {
             };
         }
         more.length_doubts = [options](const StoredDepth& stored, const Subject& subject, const Job& job) {
-            return blur_doubts(options->relative, options->lens, stored, job, subject, options->masks.sky,
-                               options->masks.max_coc_px);
+            return blur_doubts(options->lens, stored, job, subject, options->masks.sky, options->masks.max_coc_px);
         };
         return each_depth(*options, product, more, [&](const StoredDepth& stored, const Loaded& frame) {
             if (!options->picture.color.empty())
                 frame.images.get(); // throws what was wrong with the picture
-            const CircleOfConfusion circle = circle_of(options->relative, options->lens, stored, frame);
+            const CircleOfConfusion circle = circle_of(options->lens, stored, frame);
             std::vector<Result> results = more_masks_of(*options, stored, circle, frame);
             results.emplace(results.begin(), masks_of(*options, stored, circle));
             return results;

@@ -24,7 +24,7 @@ void print_operations(bool in_json) {
         if (in_json)
             continue;
         fmt::print("{}: {}\n", operation.name, operation.summary);
-        for (const std::vector<description::Option>* listed : {&operation.lens, &operation.options})
+        for (const std::vector<description::Option>* listed : operation.listed())
             for (const description::Option& option : *listed)
                 fmt::print("    {:<18} {:<20} {}; {}; {}\n", option.name, program(option), option.words,
                            option.accepted(), option.required ? "required" : "default: " + option.default_in_words());

@@ -143,7 +143,7 @@ void check_together(const CLI::App& app, const description::Operation& operation
         const CLI::Option* added = name.empty() ? nullptr : app.get_option_no_throw(std::string(name));
         return added && added->count() > 0;
     };
-    for (const std::vector<Option>* listed : {&operation.lens, &operation.options})
+    for (const std::vector<Option>* listed : operation.listed())
         for (const Option& option : *listed) {
             const std::string name = spelled(option);
             if (std::ranges::any_of(given, [&](const auto& each) { return spelled(*each.option) == name; }))

@@ -90,7 +90,9 @@ CircleOfConfusion circle_for(const LensArguments& given, const StoredDepth& stor
     if (given.circle)
         return fathom::circle_for(given, stored);
     LensArguments lens = within(windows, given);
-    if (const auto pixel = std::exchange(lens.focus_at, std::nullopt))
+    if (lens.focus_at && lens.relative) // all of whose pixels are the image's
+        depth_under(*lens.focus_at, stored, windows);
+    else if (const auto pixel = std::exchange(lens.focus_at, std::nullopt))
         lens.focus = depth_under(*pixel, stored, windows);
     try {
         return fathom::circle_for(lens, stored);

@@ -14,24 +14,23 @@
 
 namespace fathom::cli {
 
-/// Adds --relative and what goes with it, after the options of the depth and the lens. --focus-at is the lens's.
-void add_relative_options(CLI::App& app, RelativeOptions& relative);
+/// Says what goes with --relative, after the options of the depth and the lens.
+void add_relative_options(CLI::App& app);
 
-/// Refuses relative depth without a blur or a focus.
-/// Throws: UsageError.
-void check_relative(const RelativeOptions& relative, const LensArguments& lens);
+/// Takes what is read of relative depth from the lens, and what the lens lacks from the camera. Refuses relative depth without a
+/// blur or a focus, and a lens that is still incomplete or impossible.
+/// Throws: UsageError, and Error for the camera file.
+void complete(LensArguments& lens, RelativeSource& relative, const CameraOption& camera);
 
-/// The circle of relative depth, for a focus at a pixel or for the range that is in focus; the lens's otherwise.
+/// The circle of an input, whose own camera may complete the lens.
 /// Throws: Error, for instance for a pixel without depth.
-CircleOfConfusion circle_of(const RelativeOptions& relative, const LensArguments& lens, const StoredDepth& stored,
-                            const Job& job);
+CircleOfConfusion circle_of(const LensArguments& lens, const StoredDepth& stored, const Job& job);
 
 /// No circle of an image that shows this is wider, in pixels. The focus lies at no pixel.
 double widest_circle(const LensArguments& lens, const Tile& image, const Look& look, Sky sky, const Job& job);
 
 /// What is probably wrong with it for an image. Circles end at `max_coc_px`, which may be infinity.
-std::vector<std::string> blur_doubts(const RelativeOptions& relative, const LensArguments& lens,
-                                     const StoredDepth& stored, const Job& job, const Subject& subject, Sky sky,
-                                     double max_coc_px);
+std::vector<std::string> blur_doubts(const LensArguments& lens, const StoredDepth& stored, const Job& job,
+                                     const Subject& subject, Sky sky, double max_coc_px);
 
 } // namespace fathom::cli
