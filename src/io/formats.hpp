@@ -179,6 +179,8 @@ Bytes pfm_bytes(const cv::Mat& image, bool is_color); ///< 1 or 3 channels
 Bytes ply_bytes(const std::filesystem::path& file, const cv::Mat& positions, const cv::Mat& normals,
                 const cv::Mat& colors); ///< positions of 3 or 4 channels; the fourth is no part of the position
 Bytes png_bytes(const cv::Mat& image, double scale, double offset);
+/// The 16 bits of that: round((value × scale + offset) × 65535), 0 for NaN.
+cv::Mat png_codes(const cv::Mat& image, double scale, double offset);
 
 /// Names for a message, between commas; of a long list the first ones.
 template <typename Each, typename Name>

@@ -1,6 +1,7 @@
 // Pictures into files: light becomes what the format holds.
 #include "color_encoding.hpp"
 #include "formats.hpp"
+#include "raw.hpp"
 
 #include "io/formats/metadata.hpp"
 
@@ -39,7 +40,8 @@ cv::Mat opaque(const std::filesystem::path& file, const cv::Mat& color) {
             const auto& pixel = color.at<cv::Vec4f>(y, x);
             if (std::abs(pixel[3] - 1) > 0x1p-9f)
                 io::refuse(file, "pixel (" + std::to_string(x) + ", " + std::to_string(y) + ") has an alpha of " +
-                                     std::to_string(pixel[3]) + ", which a " + io::extension_of(file) +
+                                     std::to_string(pixel[3]) + ", which " +
+                                     (file.has_extension() ? "a " + io::extension_of(file) : "a raw frame") +
                                      " does not hold; write a .png, .tif or .exr");
             bgr.at<cv::Vec3f>(y, x) = {pixel[0], pixel[1], pixel[2]};
         }
@@ -95,6 +97,28 @@ std::optional<io::Bytes> io::picture_bytes(const std::filesystem::path& file, co
     return type == ".jpg"   ? jpeg_bytes(*pixels, format)
            : type == ".png" ? png_bytes(*pixels, format)
                             : tiff_bytes(swap_red_and_blue(*pixels), format);
+}
+
+io::Bytes io::raw_bytes(const ImageFile& given, const RawFormat& format) {
+    cv::Mat pixels = given.image;
+    if (given.kind == ImageKind::color) {
+        pixels = opaque(given.file, pixels);
+        if (format.bits == 8) {
+            const bool has_codes = given.format && given.format->bits < 32;
+            pixels = pixels.clone();
+            from_linear(pixels, has_codes ? given.format->encoding : ColorEncoding::srgb);
+            pixels = codes_of(pixels, format.bits);
+        }
+        pixels = swap_red_and_blue(pixels);
+    } else if (format.bits == 16) {
+        pixels = png_codes(pixels, given.options.png_scale.value(), given.options.png_offset);
+    }
+    Bytes bytes(pixels.total() * pixels.elemSize());
+    for (int y = 0; y < pixels.rows; ++y)
+        std::copy_n(pixels.ptr(y), static_cast<std::size_t>(pixels.cols) * pixels.elemSize(),
+                    bytes.data() +
+                        static_cast<std::size_t>(y) * static_cast<std::size_t>(pixels.cols) * pixels.elemSize());
+    return bytes;
 }
 
 void write_picture(const std::filesystem::path& file, const Picture& picture) {

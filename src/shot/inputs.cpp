@@ -22,7 +22,7 @@ const std::vector<Input>& Inputs::all() const {
 }
 
 bool Inputs::is_sequence() const {
-    return all().size() > 1 || !there_.empty();
+    return all().size() > 1 || !there_.empty() || is_piped();
 }
 
 Inputs::Shots Inputs::shots() const {
@@ -65,6 +65,11 @@ void Inputs::add(const std::string& argument) const {
         add_sequence(*pattern, files);
     } else if (sequence::has_glob(argument) && !io::is_there(argument)) {
         add_files(argument, sequence::matching_files(argument));
+    } else if (is_pipe(argument, pipes)) {
+        if (frames || arguments.size() > 1)
+            throw UsageError(frames ? "--frames: a pipe has the frames that come, from 1 on; leave it out"
+                                    : argument + ": is a pipe, beside which there can be no other depth");
+        all_.push_back({argument, 1});
     } else {
         if (frames)
             throw UsageError(fmt::format("--frames: chooses from a sequence, and {} is a file; give the name of all "

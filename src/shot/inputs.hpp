@@ -1,5 +1,6 @@
 #pragma once
 
+#include "io/raw.hpp"
 #include "sequence/frame_pattern.hpp"
 
 #include <cstddef>
@@ -22,6 +23,18 @@ struct Input {
     std::optional<std::size_t> source = {}; ///< which sequence it is of; none: it was named itself
 };
 
+/// The name of standard input, and of standard output.
+inline constexpr const char* standard_stream = "-";
+
+/// What is said of raw frames in pipes.
+struct PipeOptions {
+    std::optional<cv::Size> size;                 ///< of all of them
+    const io::RawFormat* depth = io::raw_formats; ///< of those that are depth
+};
+
+/// Is this the name of a pipe: "-", or, where the size of frames is given, something that delivers bytes and is no file?
+bool is_pipe(const std::string& name, const PipeOptions& pipes);
+
 /// The depth images that arguments stand for: files, patterns of names, quoted globs and folders. A file that is there is
 /// meant itself, whatever its name looks like.
 class Inputs {
@@ -29,10 +42,14 @@ public:
     std::vector<std::string> arguments;
     std::optional<std::vector<Frame>> frames; ///< of the patterns; none: those that are there
     Missing missing = Missing::error;
+    PipeOptions pipes;
 
     /// All of them, those that are missing, too. Looked for once, by the first call.
     /// Throws: Error for an argument that stands for no file, and UsageError for frames of what is no sequence.
     const std::vector<Input>& all() const;
+
+    /// Are they the frames of a pipe? `all` is then the first one.
+    bool is_piped() const { return arguments.size() == 1 && is_pipe(arguments.front(), pipes); }
 
     /// Is there more than a single file that was named itself?
     bool is_sequence() const;

@@ -47,8 +47,8 @@ std::optional<sequence::FramePattern> pattern_of(const DepthOptions& options, co
 }
 
 bool is_folder(const DepthOptions& options, const Output& output) {
-    return output.target.ends_with('/') || io::is_folder(output.target) ||
-           (options.inputs.all().size() > 1 && !pattern_of(options, output));
+    return output.target != standard_stream && (output.target.ends_with('/') || io::is_folder(output.target) ||
+                                                (options.inputs.all().size() > 1 && !pattern_of(options, output)));
 }
 
 // The name for an input's frame.
@@ -83,6 +83,8 @@ void check_target(const DepthOptions& options, const Output& output) {
     };
     if (out.empty())
         throw UsageError(output.option + ": the name is empty; give a file or a folder");
+    if (output.target == standard_stream)
+        return;
     if (is_folder(options, output)) {
         if (io::is_there(out) && !io::is_folder(out))
             throw UsageError(out.native() + ": is a file; several inputs need a folder");
@@ -94,6 +96,10 @@ void check_target(const DepthOptions& options, const Output& output) {
                                          options.inputs.all().size(), out.native()));
     } else {
         check_type();
+        if (options.inputs.is_piped() && !pattern_of(options, output))
+            throw UsageError(fmt::format("{}: a pipe has several frames, each of which needs a file; give a name with "
+                                         "####, or a folder",
+                                         out.native()));
         if (!options.format.empty() && options.format != extension_of(out))
             throw UsageError(out.native() + ": its extension contradicts --format " + options.format.substr(1) +
                              "; leave one of them out");
@@ -103,8 +109,9 @@ void check_target(const DepthOptions& options, const Output& output) {
 fs::path place(const DepthOptions& options, const Output& output, const Input& input) {
     fs::path file = output.target;
     if (is_folder(options, output))
-        file /= fs::path(input.file).stem().native() +
-                (options.format.empty() ? output.product.extensions.front() : options.format);
+        file /=
+            (options.inputs.is_piped() ? fmt::format("{:04}", *input.frame) : fs::path(input.file).stem().native()) +
+            (options.format.empty() ? output.product.extensions.front() : options.format);
     else if (const auto pattern = pattern_of(options, output))
         file = named(*pattern, output.option, input);
     const bool exr = extension_of(file) == ".exr" || output.option != "-o";
@@ -133,7 +140,7 @@ fs::path first_missing(const Job& job) {
     if (!io::is_there(job.input))
         return job.input;
     for (const fs::path& companion : job.companions)
-        if (!io::is_there(companion))
+        if (companion != standard_stream && !io::is_there(companion))
             return companion;
     return job.camera_file.empty() || io::is_there(job.camera_file) ? fs::path() : job.camera_file;
 }
@@ -252,6 +259,12 @@ fs::path image_like(const fs::path& folder, const fs::path& input) {
 fs::path companion_of(const DepthOptions& options, const Companion& companion, const Input& input) {
     if (companion.source.empty())
         throw UsageError(companion.option + ": the name is empty; give a file or a folder");
+    if (is_pipe(companion.source, options.inputs.pipes))
+        return companion.source;
+    if (options.inputs.is_piped() && !pattern_in(companion.source))
+        throw UsageError(fmt::format("{}: '{}' does not say which of a pipe's frames it belongs to; give a name with "
+                                     "####, or a pipe",
+                                     companion.option, companion.source));
     if (!io::is_folder(companion.source)) {
         if (const auto pattern = pattern_in(companion.source))
             return named(*pattern, companion.option, input);
@@ -263,6 +276,19 @@ fs::path companion_of(const DepthOptions& options, const Companion& companion, c
     }
     const fs::path file = image_like(companion.source, input.file);
     return file.empty() ? fs::path(companion.source) / fs::path(input.file).stem().concat(".exr") : file;
+}
+
+Job plan_frame(const DepthOptions& options, const std::vector<Output>& outputs,
+               const std::vector<Companion>& companions, Frame frame) {
+    const Input input{options.inputs.arguments.front(), frame};
+    Job job{.input = {}, .companions = {}, .outputs = {}, .frame = frame};
+    job.in_sequence = true;
+    find_files(options, companions, input, job);
+    for (const Animation& animation : options.animations)
+        job.values.push_back(value_for(animation, input, options.interpolate));
+    for (const Output& output : outputs)
+        job.outputs.push_back(place(options, output, input));
+    return job;
 }
 
 std::vector<Job> plan(const DepthOptions& options, const std::vector<Output>& outputs,
@@ -293,7 +319,7 @@ std::vector<Job> plan(const DepthOptions& options, const std::vector<Output>& ou
             const fs::path file = place(options, output, input);
             const std::string what = outputs.size() == 1 ? input.file : output.option + " of " + input.file;
             const auto [first, is_new] = taken.emplace(io::whole_path(file), what);
-            if (!is_new)
+            if (!is_new && output.target != standard_stream)
                 throw UsageError(fmt::format("{}: would be written for {} and for {}; {}", file.native(), first->second,
                                              what, outputs.size() == 1 ? "do them one by one" : "write one elsewhere"));
             job.outputs.push_back(file);

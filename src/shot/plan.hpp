@@ -6,6 +6,7 @@
 
 #include <array>
 #include <filesystem>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -23,7 +24,10 @@ struct Output {
 struct Companion {
     std::string option; ///< that says where: --normals
     std::string source; ///< a file, a folder in which it is named like the input, or the pattern of those of all frames
+    const io::RawFormat* pixels = nullptr; ///< of a pipe's frames; none: it may be no pipe
 };
+
+class FrameFile;
 
 /// An input with the files that belong to it.
 struct Job {
@@ -41,6 +45,11 @@ struct Job {
     Windows windows = {};                            ///< of the depth, once it is read
     std::optional<CameraFile> own_camera =
         {}; ///< if each input has its own, in its header or in a file; once it is read
+
+    std::vector<std::shared_ptr<FrameFile>> frames = {}; ///< of pipes, whose paths stand in the place of files
+
+    /// Words in which frames of pipes have names instead of paths.
+    std::string shown(std::string words) const;
 
     /// All but the input.
     std::vector<std::filesystem::path> others() const;
@@ -74,6 +83,10 @@ std::filesystem::path companion_of(const DepthOptions& options, const Companion&
 /// missing.
 std::vector<Job> plan(const DepthOptions& options, const std::vector<Output>& outputs,
                       const std::vector<Companion>& companions = {});
+
+/// The same for one frame of piped depth.
+Job plan_frame(const DepthOptions& options, const std::vector<Output>& outputs,
+               const std::vector<Companion>& companions, Frame frame);
 
 /// What to say of a job with a missing file.
 std::string missing_in_words(const DepthOptions& options, const Job& job);

@@ -1,6 +1,7 @@
 // What is done with an input: it is read, looked at, computed and written.
 #include "steps.hpp"
 
+#include "pipes.hpp"
 #include "results.hpp"
 
 #include "io/exr/depth_channels.hpp"
@@ -397,7 +398,11 @@ void Steps::write(Work& work) const {
         return;
     }
     prepare_folders(options_, outputs_, frame);
-    const std::vector<ImageFile> files = files_of(options_, outputs_, frame, work.results, work.source);
+    std::vector<ImageFile> files = files_of(options_, outputs_, frame, work.results, work.source);
+    if (options_.output == standard_stream) {
+        work.raw = io::raw_bytes(files.front(), result_format(options_, outputs_.front(), more_.companions));
+        files.erase(files.begin());
+    }
     if (work.record)
         io::write_recorded(files, [&](const auto& bytes) { return records_->text(*work.record, bytes); });
     else
@@ -452,10 +457,11 @@ void Steps::warn(Work& work, const std::filesystem::path& subject, const std::ve
     }
 }
 
-// A camera's mistake is told once for all inputs. Gives whether there is one.
+// A camera's mistake is told once for all inputs, and the same of all frames of a pipe once. Gives whether there is one.
 bool Steps::warn_once(Work& work, const std::filesystem::path& subject, const std::vector<std::string>& said) {
     for (const std::string& doubt : said)
-        if (options_.strict || subject == work.frame.input || told_.insert(subject.native() + doubt).second)
+        if (const bool is_own = subject == work.frame.input, is_piped = !work.frame.frames.empty();
+            options_.strict || (is_own && !is_piped) || told_.insert((is_own ? "" : subject.native()) + doubt).second)
             warn(work, subject, {doubt});
     return !said.empty();
 }

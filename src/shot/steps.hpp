@@ -94,6 +94,7 @@ struct Work {
     std::vector<std::string> explained; // by an operation that went by strips
     std::exception_ptr failure;         // of a strip: told after what is doubtful about the image
     std::vector<Result> results;
+    io::Bytes raw = {};                                 // of the result that goes to standard output
     std::vector<std::unique_ptr<io::ResultRows>> files; // of the results, if they are made strip by strip
 };
 

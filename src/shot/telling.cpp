@@ -30,7 +30,7 @@ std::string key_of(const std::string& option) {
 
 // The files of an input for --json and --log.
 nlohmann::ordered_json files_in_json(const std::vector<Output>& outputs, const Job& job) {
-    nlohmann::ordered_json line{{"input", job.input.native()}};
+    nlohmann::ordered_json line{{"input", job.shown(job.input)}};
     if (!job.outputs.empty())
         line["output"] = job.outputs.front().native();
     if (job.in_sequence && job.frame)
@@ -115,7 +115,7 @@ nlohmann::ordered_json log_line(const std::vector<Output>& outputs, const Work& 
     line["warnings"] = nlohmann::ordered_json::array();
     for (const std::string& said : work.frame.said)
         if (said.starts_with(warning))
-            line["warnings"].push_back(said.substr(warning.size()));
+            line["warnings"].push_back(work.frame.shown(said.substr(warning.size())));
     if (!error.empty())
         line["error"] = error;
     if (!work.camera.text.empty())
@@ -181,6 +181,16 @@ bool none_has_a_place(const std::exception_ptr& failure, const Job& job, const s
 } // namespace
 
 Report report_of(const DepthOptions& options) {
+    if (options.output == standard_stream) {
+        const char* other = options.report == Report::json             ? "--json"
+                            : options.log == standard_stream           ? "--log -"
+                            : options.progress == ProgressKind::openjd ? "--progress openjd"
+                                                                       : nullptr;
+        if (other)
+            throw UsageError(
+                fmt::format("-o -: stdout has the pixels, which {} would mix with lines; leave it out", other));
+        return Report::nothing;
+    }
     if (options.log != "-")
         return options.report;
     const bool openjd = options.progress == ProgressKind::openjd;
@@ -206,7 +216,7 @@ Telling::Telling(const DepthOptions& options, const std::vector<Output>& outputs
                  const Device& device)
     : options_(options), outputs_(outputs), jobs_(jobs), said_(report_of(options)),
       count_(static_cast<std::size_t>(std::ranges::count(jobs, false, &Job::left_out))), log_(options.log),
-      progress_(options.progress, count_, options.report == Report::nothing) {
+      progress_(options.progress, options.inputs.is_piped() ? 0 : count_, said_ == Report::nothing) {
     log_.begin({{"kernels", kernels_hash()}, {"device", device_class(device)}, {"frames", jobs.size()}});
 }
 
@@ -218,7 +228,7 @@ void Telling::begin(const std::vector<std::string>& lines) const {
 }
 
 void Telling::tell_left_out(std::size_t end) {
-    for (; told_ < end; ++told_) {
+    for (; told_ < std::min(end, jobs_.size()); ++told_) {
         const Job& job = jobs_[told_];
         if (!job.left_out)
             continue;
@@ -231,15 +241,16 @@ void Telling::tell_left_out(std::size_t end) {
 }
 
 void Telling::tell(std::size_t index, const Work& work, const std::exception_ptr& failure) {
-    const Job& job = jobs_[index];
+    const Job& job = work.frame;
     progress_.hide();
     tell_left_out(index);
     told_ = index + 1;
-    std::ranges::for_each(work.frame.said, complain);
+    for (const std::string& said : work.frame.said)
+        complain(job.shown(said));
     std::string error;
     if (failure) {
         check_device(failure);
-        error = in_words(failure, options_, job);
+        error = job.shown(in_words(failure, options_, job));
         const bool alike = none_has_a_place(failure, job, jobs_);
         if (alike && jobs_.size() > 1)
             error += "; no other frame has a place either";
@@ -247,7 +258,7 @@ void Telling::tell(std::size_t index, const Work& work, const std::exception_ptr
             complain(error);
         announce_failure(said_, job, error);
         failed_.push_back(job.held ? fmt::format("{} (for frame {})", job.input.native(), *job.frame)
-                                   : job.input.native());
+                                   : job.shown(job.input.native()));
     } else {
         announce(said_, outputs_, work);
     }

@@ -11,6 +11,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <stdexcept>
 #include <string_view>
 
@@ -33,7 +34,41 @@ std::optional<std::size_t> bytes_of(std::string text) {
     return good ? std::optional(static_cast<std::size_t>(std::ceil(number * factor))) : std::nullopt;
 }
 
+// "1920x1080".
+std::optional<cv::Size> size_in(const std::string& text) {
+    const std::vector<std::string> sides = CLI::detail::split(text, 'x');
+    cv::Size size;
+    constexpr int most = 1 << 20;
+    const bool good = sides.size() == 2 && CLI::detail::lexical_cast(sides[0], size.width) &&
+                      CLI::detail::lexical_cast(sides[1], size.height);
+    return good && size.width > 0 && size.height > 0 && size.width <= most && size.height <= most ? std::optional(size)
+                                                                                                  : std::nullopt;
+}
+
+std::vector<std::string> raw_names(int least_channels = 1) {
+    std::vector<std::string> names;
+    for (const io::RawFormat& format : io::raw_formats)
+        if (format.channels >= least_channels)
+            names.emplace_back(format.name);
+    return names;
+}
+
+std::vector<std::string> joined_with_raw(std::vector<std::string> formats) {
+    std::ranges::copy(raw_names(), std::back_inserter(formats));
+    return formats;
+}
+
 } // namespace
+
+void add_raw_format_option(CLI::App& app, const char* name, const io::RawFormat*& format, int least_channels,
+                           const char* what) {
+    const std::vector<std::string> names = raw_names(least_channels);
+    add_option(
+        app, "Pipes", name, CLI::detail::join(names, "|"),
+        [&format](const std::string& text) { format = std::ranges::find(io::raw_formats, text, &io::RawFormat::name); },
+        fmt::format("the pixels {}, by ffmpeg's names (default: {})", what, format->name))
+        ->check(is_one_of(names));
+}
 
 CLI::Validator is_one_of(const std::vector<std::string>& names) {
     return CLI::Validator(
@@ -220,17 +255,31 @@ void add_depth_options(CLI::App& app, DepthOptions& options, const Product& prod
     add_ignore_options(app, options);
     add_frame_options(app, options);
 
-    std::vector<std::string> formats;
+    add_option(
+        app, "Pipes", "--size", "WIDTHxHEIGHT",
+        [&options](const std::string& text) { options.inputs.pipes.size = size_in(text); },
+        "of the frames in pipes: DEPTH and IMAGE may be - (standard input)\n"
+        "or a named pipe with raw frames, and OUT may be -")
+        ->check(CLI::Validator(
+            [](std::string& text) {
+                return size_in(text) ? std::string() : "'" + text + "' will not do; it is as in 1920x1080";
+            },
+            ""));
+    add_raw_format_option(app, "--depth-format", options.inputs.pipes.depth, 1, "of depth in a pipe");
+
+    std::vector<std::string> formats, all_formats;
     for (const std::string& extension : product.extensions)
         formats.push_back(extension.substr(1));
+    all_formats = joined_with_raw(formats);
     add_option(app, "Output", "-o,--output", "OUT", options.output,
                "file to write (" + CLI::detail::join(product.extensions, " ") +
-                   "), or a folder:\nresults keep the names of their inputs there. Also ao.####.exr")
+                   "), or a folder:\nresults keep the names of their inputs there. Also ao.####.exr, or -")
         ->required();
     add_option(
         app, "Output", "--format", "TYPE", [&options](const std::string& format) { options.format = "." + format; },
-        "type of the results in a folder: " + one_of(formats) + "\n(default: " + formats.front() + ")")
-        ->check(is_one_of(formats));
+        "type of the results in a folder: " + one_of(formats) + "\n(default: " + formats.front() +
+            "), or of the pixels of -o -:\n" + one_of(raw_names()))
+        ->check(is_one_of(all_formats));
     if (!product.png_scale)
         add_option(
             app, "Output", "--png-scale", "S", [&options](double scale) { options.png_scale = scale; },

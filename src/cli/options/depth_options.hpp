@@ -36,6 +36,10 @@ void add_import_options(CLI::App& app, CameraOption& camera);
 void add_channel_option(CLI::App& app, std::string& channel);
 void add_device_options(CLI::App& app, DeviceOption& device);
 
+/// Adds the format of a pipe's frames, which have so many channels or more. `what` says of which frames.
+void add_raw_format_option(CLI::App& app, const char* name, const io::RawFormat*& format, int least_channels,
+                           const char* what);
+
 /// Refuses a value that is none of `names`, listing them.
 CLI::Validator is_one_of(const std::vector<std::string>& names);
 

@@ -58,6 +58,7 @@ void add_picture_options(CLI::App& app, PictureOptions& options, const std::stri
         ->required();
     add_option(app, "Picture", "--color-layer", "NAME", options.color_layer,
                "EXR layer that holds the picture\n(default: R, G, B, or *.Combined, *.beauty, or the only one)");
+    add_raw_format_option(app, "--color-format", options.pixels, 3, "of a picture in a pipe");
     add_option(
         app, "Picture", "--color-space", "auto|linear|srgb",
         [&options](const std::string& text) {
@@ -70,7 +71,7 @@ void add_picture_options(CLI::App& app, PictureOptions& options, const std::stri
 }
 
 void use_picture(More& more, const PictureOptions& options) {
-    more.companions.push_back({"--color", options.color});
+    more.companions.push_back({"--color", options.color, options.pixels});
     more.picture = 0;
     more.color_layer = options.color_layer;
     more.read = [&](const Job& job) { return Images{.picture = picture_of(job.companions.front(), options, job)}; };

@@ -17,7 +17,8 @@ namespace fathom::cli {
 /// The picture that an operation changes.
 struct PictureOptions {
     std::string color, color_layer;
-    std::optional<ColorEncoding> encoding; ///< of the files; none: what their type says
+    const io::RawFormat* pixels = &io::raw_formats[2]; ///< of a pipe: rgb24
+    std::optional<ColorEncoding> encoding;             ///< of the files; none: what their type says
 };
 
 /// A picture as a result, and its layer where it is appended to another one.

@@ -241,7 +241,7 @@ Bytes png_bytes(const cv::Mat& bgr, const PictureFormat& format) {
     return as_png(bgr, {{"iCCP", profile}, {"eXIf", format.exif}});
 }
 
-Bytes png_bytes(const cv::Mat& image, double scale, double offset) {
+cv::Mat png_codes(const cv::Mat& image, double scale, double offset) {
     cv::Mat codes(image.size(), CV_16UC(image.channels()));
     for (int y = 0; y < image.rows; ++y) {
         const auto* in = image.ptr<float>(y);
@@ -250,7 +250,11 @@ Bytes png_bytes(const cv::Mat& image, double scale, double offset) {
             return static_cast<std::uint16_t>(code > 0 ? std::min(code, 65535.0) : 0); // NaN: 0
         });
     }
-    return as_png(swap_red_and_blue(codes), {});
+    return codes;
+}
+
+Bytes png_bytes(const cv::Mat& image, double scale, double offset) {
+    return as_png(swap_red_and_blue(png_codes(image, scale, offset)), {});
 }
 
 } // namespace fathom::io
