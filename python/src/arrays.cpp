@@ -78,7 +78,7 @@ std::string device_name(int type) {
 // Refuses what lies in another memory than the CPU's before it is asked for, and what is not said by the memory alone.
 void check_kind(nb::handle object, const char* argument) {
     const bool plain =
-        std::string_view(Py_TYPE(object.ptr())->tp_name) == "numpy.ndarray"; // most are, and have no mask
+        std::string_view(nb::type_name(object.type()).c_str()) == "numpy.ndarray"; // most are, and have no mask
     if (!plain && nb::hasattr(object, "mask") && nb::hasattr(object, "filled"))
         refuse(argument,
                "a masked array's mask would be lost; make invalid pixels of it by .filled(numpy.nan), of integers by "
@@ -126,13 +126,13 @@ bool takes(nb::handle object, Array& array, const char* argument) {
                          " is no array; it must have the buffer protocol or DLPack, as NumPy's arrays have");
 }
 
-struct Given {
+struct Native {
     ReadArray array;
     bool converted = false; // to this machine's byte order, which takes a copy
 };
 
 // Anything that holds numbers, of any byte order and with gaps of any width.
-Given read_array(nb::handle object, const char* argument) {
+Native read_array(nb::handle object, const char* argument) {
     check_kind(object, argument);
     ReadArray array;
     if (takes(object, array, argument))
@@ -398,7 +398,7 @@ nb::tuple shape_of(const Image& image) {
 DeviceImage to_device(const Pixels& array, const Device& device) {
     if (is_image(array.given))
         return nb::cast<DeviceImage>(array.given);
-    const Given given = read_array(array.given, "array");
+    const Native given = read_array(array.given, "array");
     const HostImage host = host_image_of(given.array, Holds::depth, "array");
     const std::shared_ptr<HeldArray>& held = host.held;
     Image image = image_of(host, device);
