@@ -42,8 +42,8 @@ PyObject* call(PyObject* module, PyObject* const* arguments, Py_ssize_t count, P
         for (Py_ssize_t i = 0; i < count; ++i)
             positional.append(nb::handle(arguments[i]));
         nb::dict named;
-        for (Py_ssize_t i = 0; names && i < PyTuple_GET_SIZE(names); ++i)
-            named[nb::handle(PyTuple_GET_ITEM(names, i))] = nb::handle(arguments[count + i]);
+        for (Py_ssize_t i = 0; names && i < PyTuple_Size(names); ++i)
+            named[nb::handle(PyTuple_GetItem(names, i))] = nb::handle(arguments[count + i]);
         nb::handle(to.explain)(nb::handle(value), positional, named);
     } catch (nb::python_error& better) {
         better.restore();
