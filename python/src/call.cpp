@@ -50,9 +50,17 @@ std::string device_name_of(const DeviceOption& choice, const char* argument) {
                          "\"gpu\", or a part of a name");
 }
 
+void find_driver() {
+    static bool is_found = false; // the interpreter lets one thread at a time import a module
+    if (!is_found)
+        nb::module_::import_("fathom._driver");
+    is_found = true;
+}
+
 Device device_of(const DeviceOption& choice) {
     if (nb::isinstance<Device>(choice.given))
         return nb::cast<Device>(choice.given);
+    find_driver();
     const std::string wanted = device_name_of(choice, "device");
     const Unlocked released;
     static std::mutex mutex;

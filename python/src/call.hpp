@@ -34,6 +34,9 @@ struct DeviceOption {
 /// What `Device::open` takes, of anything but a `fathom.Device`.
 std::string device_name_of(const DeviceOption& choice, const char* argument);
 
+/// Lets the loader know the driver that the extra `cpu` brings. Called before devices are asked for.
+void find_driver();
+
 /// The device that is meant. One that was opened by its name is opened once.
 Device device_of(const DeviceOption& choice);
 

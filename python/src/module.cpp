@@ -46,8 +46,14 @@ void bind_devices(nb::module_& module) {
         .def("__repr__", [](const DeviceInfo& info) {
             return "<fathom.DeviceInfo " + std::to_string(info.index) + ": " + info.name + " of " + info.platform + ">";
         });
-    module.def("devices", &list_devices, nb::call_guard<Unlocked>(),
-               "Every OpenCL device of every platform; an empty list where no driver is installed.");
+    module.def(
+        "devices",
+        [] {
+            find_driver();
+            const Unlocked released;
+            return list_devices();
+        },
+        "Every OpenCL device of every platform; an empty list where no driver is installed.");
 
     nb::class_<Device>(module, "Device", R"(An OpenCL device with a queue.
 
@@ -65,6 +71,7 @@ Raises NoDevice naming what is there, and ValueError.)")
                     .vector_width = vector_width, .group_size = group_size, .memory_budget = memory_budget};
                 options.arithmetic = arithmetic.get("arithmetic").value_or(options.arithmetic);
                 const std::string wanted = device_name_of(choice, "wanted");
+                find_driver();
                 const Unlocked released;
                 new (self) Device(Device::open(wanted, options));
             },

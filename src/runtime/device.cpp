@@ -134,7 +134,8 @@ bool has_memory_for_driver() {
             "less than 256 MiB of memory are left, into which no OpenCL driver can be loaded; raise the limit of "
             "this process (ulimit -v)");
     throw NoDevice("no OpenCL device is installed; a CPU becomes one with the package pocl-opencl-icd, "
-                   "which needs a folder to write into (POCL_CACHE_DIR)");
+                   "which needs a folder to write into (POCL_CACHE_DIR), or in Python with pip install "
+                   "fathom-depth[cpu]");
 }
 
 const Found& choose(const std::vector<Found>& found, const std::string& wanted, const Failure& failure) {

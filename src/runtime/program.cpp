@@ -104,8 +104,14 @@ const Program& program(const Device& device, const std::string& file, const std:
     if (!(pocl && builds(built, context.device, options + own_builtins)) && !builds(built, context.device, options)) {
         if (pocl)
             check_pocl_folder(file, true);
+        const std::string log = build_log(built, context.device);
+        if (log.find("unknown target CPU 'generic'") != std::string::npos)
+            throw NoDevice(text(device.info().name, " compiles nothing, since its driver (", device.info().version,
+                                ") is too old to know this processor; install PoCL 3.1 or later, or let "
+                                "OCL_ICD_VENDORS name another driver, such as libintelocl.so of the Python package "
+                                "fathom-depth[cpu]"));
         throw Error(text("kernels/", file, " does not build on ", device.info().name, " with ", options,
-                         "; try another device or driver, or report this:\n", build_log(built, context.device)));
+                         "; try another device or driver, or report this:\n", log));
     }
     return context.programs.emplace(key, Program{built, pocl ? std::optional(used_since(before)) : std::nullopt})
         .first->second;
