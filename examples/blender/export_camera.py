@@ -17,6 +17,7 @@ scene units. Cycles takes a unit for a metre when it blurs, whatever the scene's
 To blur as a real lens does at another Unit Scale, give `fathom dof` --mm-per-unit with 1000 times that scale.
 """
 import argparse
+import contextlib
 import ctypes
 import json
 import math
@@ -157,17 +158,14 @@ def paths_of(output, frames):
     return paths
 
 
-def export(scene, output, frames, camera_name=None):
-    """Writes the camera files and returns their paths. `output` holds a place for the frame's number: camera.%04d.json
+def camera_files(scene, frames, camera_name=None):
+    """Goes to each frame and yields its number, the keys of its camera file, and what is wrong with its render, or None.
 
     Raises ValueError with the reason where the scene has no camera that a camera file can describe.
     """
-    frames = list(frames)
-    paths = paths_of(output, frames)
-
     before = scene.frame_current
     try:
-        for frame, path in zip(frames, paths):
+        for frame in frames:
             scene.frame_set(frame)
             depsgraph = bpy.context.evaluated_depsgraph_get()
             # Markers may switch the scene's camera, so it is asked for at each frame.
@@ -176,14 +174,29 @@ def export(scene, output, frames, camera_name=None):
                 cameras = ", ".join(each.name for each in scene.objects if each.type == "CAMERA") or "none"
                 wanted = f"no camera {camera_name!r}" if camera_name else "no active camera"
                 raise ValueError(f"the scene {scene.name!r} has {wanted} at frame {frame}; it has: {cameras}")
-            text = as_text(camera_file(scene, camera, depsgraph))
-            os.makedirs(os.path.dirname(os.path.abspath(path)), exist_ok=True)
-            write_whole(path, text)
-            if camera.data.dof.use_dof or scene.render.use_motion_blur:
-                print(f"export_camera: warning: frame {frame} has depth of field or motion blur, also in its passes; "
-                      "turn both off to blur it with Fathom", file=sys.stderr)
+            blurs = [name for name, on in (("Depth of Field", camera.data.dof.use_dof),
+                                           ("Motion Blur", scene.render.use_motion_blur)) if on]
+            yield frame, camera_file(scene, camera, depsgraph), (
+                f"frame {frame} has {' and '.join(blurs)}, also in its passes; turn that off, and render again"
+                if blurs else None)
     finally:
         scene.frame_set(before)
+
+
+def export(scene, output, frames, camera_name=None):
+    """Writes the camera files and returns their paths. `output` holds a place for the frame's number: camera.%04d.json
+
+    Raises ValueError with the reason where the scene has no camera that a camera file can describe.
+    """
+    frames = list(frames)
+    paths = paths_of(output, frames)
+    with contextlib.closing(camera_files(scene, frames, camera_name)) as cameras:
+        for path, (_, keys, blurred) in zip(paths, cameras):
+            text = as_text(keys)
+            os.makedirs(os.path.dirname(os.path.abspath(path)), exist_ok=True)
+            write_whole(path, text)
+            if blurred:
+                print(f"export_camera: warning: {blurred}", file=sys.stderr)
     return paths
 
 
