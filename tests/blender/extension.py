@@ -1,0 +1,280 @@
+"""usage: PYTHON extension.py ZIP FATHOM FOLDER, with the module bpy of PyPI
+
+Installs the extension as a user does, renders a scene, runs every operator and compares the files with those of the program, for
+the camera files that export_camera.py writes. Then come the mistakes, each of which has to end in one line and no file.
+"""
+import json
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+
+ZIP, FATHOM, FOLDER = map(os.path.abspath, sys.argv[1:4])
+DRIVERLESS = sys.argv[4:] == ["driverless"]
+os.environ["BLENDER_USER_RESOURCES"] = HOME = tempfile.mkdtemp(prefix="blender-home.")
+import bpy
+import numpy as np
+
+# Blender's own interpreter has this folder on its path; the module has not.
+sys.path.append(os.path.join(bpy.utils.resource_path("LOCAL"), "python", "lib",
+                             "python{}.{}".format(*sys.version_info), "site-packages"))  # OpenImageIO
+sys.dont_write_bytecode = True
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "../../examples/blender"))
+import export_camera
+import OpenImageIO as oiio
+
+MODULE = "bl_ext.user_default.fathom_depth"
+FRAMES = range(1, 4)
+failures = []
+
+
+def check(good, text):
+    print(("" if good else "FAILED: ") + text, flush=True)
+    if not good:
+        failures.append(text)
+
+
+def printed(call):
+    """What a call returns or raises, and what it prints."""
+    with tempfile.TemporaryFile("w+") as file:
+        sys.stdout.flush()
+        before = os.dup(1)
+        os.dup2(file.fileno(), 1)
+        try:
+            result = call()
+        except RuntimeError as error:
+            result = error
+        finally:
+            sys.stdout.flush()
+            os.dup2(before, 1)
+            os.close(before)
+        file.seek(0)
+        return result, file.read()
+
+
+def build_scene():
+    """Cubes in a row before the sky, and a camera that passes them and changes its focus."""
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    bpy.ops.preferences.addon_enable(module=MODULE)
+    bpy.ops.mesh.primitive_plane_add(size=40)
+    for i in range(6):
+        bpy.ops.mesh.primitive_cube_add(size=1, location=(1.2 * i - 3, 2 * i, 0.5), rotation=(0, 0, 0.4 * i))
+    bpy.ops.object.light_add(type="SUN", rotation=(0.6, 0.3, 0))
+    scene = bpy.context.scene
+    camera = bpy.data.objects.new("Camera", bpy.data.cameras.new("Camera"))
+    scene.collection.objects.link(camera)
+    scene.camera = camera
+    camera.rotation_euler = (1.45, 0, 0)
+    camera.data.lens, camera.data.shift_x = 100, 0.05
+    scene.frame_start, scene.frame_end = FRAMES[0], FRAMES[-1]
+    for frame, x, focus in ((1, -2, 5), (3, 2, 9)):
+        camera.location = (x, -7, 2.2)
+        camera.keyframe_insert("location", frame=frame)
+        camera.data.dof.focus_distance = focus
+        camera.data.dof.keyframe_insert("focus_distance", frame=frame)
+    camera.data.dof.aperture_fstop = 0.7
+    scene.render.engine = "CYCLES"
+    scene.cycles.device, scene.cycles.samples, scene.cycles.max_bounces = "CPU", 4, 0
+    scene.cycles.use_denoising = scene.cycles.use_adaptive_sampling = False
+    scene.render.resolution_x, scene.render.resolution_y = 192, 108
+    scene.render.filepath = os.path.join(FOLDER, "frame.####")
+    return scene
+
+
+def pixels(path):
+    """The channels of an EXR by name."""
+    image = oiio.ImageBuf(path)
+    values = image.get_pixels(oiio.FLOAT)
+    assert values is not None, image.geterror()
+    return {name: values[..., i] for i, name in enumerate(image.spec().channelnames)}
+
+
+def same_as_program(scene, name, numbers, *options):
+    """The files of an operator against those of the program."""
+    paths = [os.path.join(FOLDER, f"{name}.frame.{number:04d}.exr") for number in FRAMES]
+    for path in paths:
+        if os.path.exists(path):
+            os.remove(path)
+    ran = getattr(bpy.ops.fathom, name)(frames="FRAME" if len(numbers) == 1 else "RANGE")
+    there = [number for number, path in zip(FRAMES, paths) if os.path.exists(path)]
+    check(ran == {"FINISHED"} and there == list(numbers), f"{name}: wrote the frames {there}")
+    spread = []
+    for number in numbers:
+        frame, camera = (os.path.join(FOLDER, f"{stem}.{number:04d}.{end}") for stem, end in
+                         (("frame", "exr"), ("camera", "json")))
+        wanted = os.path.join(FOLDER, "program.exr")
+        color = [] if name == "ssao" else ["--color", frame]
+        own = [each(number) if callable(each) else each for each in options]
+        subprocess.run([FATHOM, name, frame, "--camera", camera, *color, "-o", wanted, "--quiet", "--strict", *own], check=True)
+        ours, theirs = pixels(paths[number - 1]), pixels(wanted)
+        ours.setdefault("Y" if name == "ssao" else "R", None)
+        names = ["Y"] if name == "ssao" else "RGBA"
+        check(all(np.array_equal(ours[each], theirs[each], equal_nan=True) for each in names),
+              f"{name}, frame {number}: the program's bits, for {' '.join(own) or 'the camera alone'}")
+        spread.append(ours[names[0]].std())
+    check(min(spread) > 0, f"{name}: the results are no constants")
+
+
+def check_descriptions(scene):
+    """Ranges, choices, defaults and words are those of the operations."""
+    import fathom
+    count = 0
+    for operation in fathom.options():
+        settings = getattr(scene.fathom, operation["name"], None)
+        for option in operation["options"] if settings else []:
+            prop = settings.bl_rna.properties.get(option["name"])
+            if not prop or option["kind"] not in ("number", "choice", "flag", "color") or option["name"] == "thickness":
+                continue
+            count += 1
+            good = prop.description == option["words"]
+            if prop.type == "ENUM":
+                choices = option.get("values") or option["choices"]
+                good &= [each.identifier for each in prop.enum_items] == [str(each) for each in choices]
+                good &= option["default"] in (None, prop.default)
+            elif option["kind"] == "number":
+                wanted = [min(option.get("beside", np.inf), float(option["least"])), float(option["most"])]
+                limits = np.float32([prop.hard_min, prop.hard_max])
+                top = 2**31 - 1 if prop.type == "INT" else 3.4e38
+                good &= np.array_equal(limits, np.clip(np.float32(wanted), -np.float32(top), np.float32(top)))
+                good &= option["default"] is None or np.float32(option["default"]) == np.float32(prop.default)
+            check(good, f"{operation['name']}: {option['name']} is as described") if not good else None
+    check(count > 25, f"{count} settings have the range, the choices, the default and the words of their options")
+
+
+def refused(name, words, frames="FRAME"):
+    """An operator ends in one line with these words, and leaves no file."""
+    before = sorted(os.listdir(FOLDER))
+    result, _ = printed(lambda: getattr(bpy.ops.fathom, name)(frames=frames))
+    text = str(result).strip()
+    lines = [line for line in text.splitlines() if line]
+    check(isinstance(result, RuntimeError) and len(lines) == 1 and all(word in text for word in words)
+          and sorted(os.listdir(FOLDER)) == before, f"{name} refuses: {text}")
+
+
+def check_mistakes(scene):
+    render, settings, camera = scene.render, scene.fathom, scene.camera.data
+    scene.frame_set(1)
+    frame = os.path.join(FOLDER, "frame.0001.exr")
+    for name in ("dof", "ssao", "fog"):
+        path = os.path.join(FOLDER, f"{name}.frame.0001.exr")
+        if os.path.exists(path):
+            os.remove(path)
+
+    for key, value in (("radius", 0.5), ("use_radius", False)):
+        setattr(settings.ssao, key, value)
+    refused("ssao", ["radius", "missing"])
+    settings.ssao.use_radius = settings.ssao.use_thickness = settings.ssao.use_thickness_choice = True
+    refused("ssao", ["thickness", "switch one of them off"])
+    settings.ssao.use_thickness = False
+    settings.ssao.normals = True
+    refused("fog", ["density"])
+    settings.fog.density = 0.1
+
+    camera.dof.use_dof = True
+    refused("dof", ["Depth of Field", "turn that off"])
+    refused("dof", ["Depth of Field", "turn that off"], "RANGE")
+    camera.dof.use_dof = False
+    render.use_motion_blur = True
+    result, text = printed(lambda: bpy.ops.fathom.fog())
+    check(result == {"FINISHED"} and text.count("Warning:") == 1 and "Motion Blur" in text, f"fog warns: {text.strip()}")
+    os.remove(os.path.join(FOLDER, "fog.frame.0001.exr"))
+    render.use_motion_blur = False
+    camera.type = "PANO"
+    refused("dof", ["PANO", "render with a perspective"])
+    camera.type = "PERSP"
+    scene.camera = None
+    refused("dof", ["no active camera"])
+    scene.camera = bpy.data.objects["Camera"]
+    render.resolution_percentage = 50
+    refused("dof", ["96", "192"])
+    render.resolution_percentage = 100
+
+    scene.frame_set(99)
+    refused("dof", ["frame.0099.exr", "is not there", "render"])
+    scene.frame_set(1)
+    os.rename(frame, frame + ".kept")
+    with open(frame + ".kept", "rb") as whole, open(frame, "wb") as file:
+        file.write(whole.read()[:20000])
+    refused("dof", ["frame.0001.exr"])
+    settings.passes = False
+    check(not settings.passes and not scene.view_layers[0].use_pass_z, "the switch turns the Z pass off")
+    bpy.ops.render.render(animation=True)
+    for name in ("dof", "ssao", "fog"):
+        refused(name, ["frame.0001.exr has no Z pass", "switch on Passes for Fathom", "render again"], "RANGE")
+    settings.passes = True
+    scene.view_layers[0].use_pass_normal = False
+    bpy.ops.render.render(animation=True)
+    refused("ssao", ["no Normal pass", "switch it on", "render again"])
+    if hasattr(render.image_settings, "media_type"):
+        render.image_settings.media_type = "IMAGE"
+    render.image_settings.file_format = "PNG"
+    check(not settings.passes, "a PNG has no passes")
+    bpy.ops.render.render(animation=True)
+    refused("fog", ["frame.0001.png has no Z pass", "switch on Passes for Fathom"])
+    settings.passes = True
+    os.replace(frame + ".kept", frame)
+
+
+if DRIVERLESS:
+    bpy.ops.extensions.package_install_files(filepath=ZIP, repo="user_default", enable_on_install=True)
+    scene = build_scene()
+    scene.fathom.passes = True
+    scene.frame_set(1)
+    refused("dof", ["OpenCL", "install"])
+    shutil.rmtree(HOME)
+    sys.exit(bool(failures))
+
+shutil.rmtree(FOLDER, ignore_errors=True)
+os.makedirs(FOLDER)
+bpy.ops.extensions.package_install_files(filepath=ZIP, repo="user_default", enable_on_install=True)
+scene = build_scene()
+check(not scene.fathom.passes, "at first the passes are off")
+scene.fathom.passes = True
+image = scene.render.image_settings
+check((scene.fathom.passes, image.file_format, image.color_depth, scene.view_layers[0].use_pass_z)
+      == (True, "OPEN_EXR_MULTILAYER", "32", True), "the switch sets the Z pass and full floats")
+scene.view_layers[0].use_pass_normal = True
+export_camera.export(scene, os.path.join(FOLDER, "camera.%04d.json"), FRAMES)
+bpy.ops.render.render(animation=True)
+check_descriptions(scene)
+
+dof, ssao, fog = scene.fathom.dof, scene.fathom.ssao, scene.fathom.fog
+scene.frame_set(2)
+same_as_program(scene, "dof", FRAMES)
+check(scene.frame_current == 2, "the scene is at the frame where it was")
+dof.use_f_stop, dof.f_stop, dof.quality, dof.blades, dof.rotation_degrees = True, 1.4, "accurate", 6, 12.3
+same_as_program(scene, "dof", [2], "--f-stop", "1.4", "--quality", "accurate", "--aperture", "6", "--rotation-degrees", "12.3")
+check("dof.frame.0002.exr" in bpy.data.images, "the Image Editor lists the result")
+ssao.use_radius, ssao.radius = True, 0.7
+same_as_program(scene, "ssao", FRAMES, "--radius", "0.7")
+ssao.normals, ssao.use_thickness_choice, ssao.use_jitter, ssao.jitter = True, True, True, "4"
+same_as_program(scene, "ssao", [2], "--radius", "0.7", "--normals", lambda n: f"{FOLDER}/frame.{n:04d}.exr",
+                "--normals-space", "world", "--thickness", "silhouette", "--jitter", "4")
+fog.fog_color = 0.3, 0.6, 0.9
+for frame in (1, 3):
+    fog.density = 0.1 * frame
+    fog.keyframe_insert("density", frame=frame)
+same_as_program(scene, "fog", FRAMES, "--density", lambda n: f"{0.1 * n:.7g}", "--fog-color", "0.3,0.6,0.9")
+scene.animation_data_clear()
+fog.density, fog.height_falloff, fog.sky = 0.05, 0.5, "keep"
+same_as_program(scene, "fog", [2], "--density", "0.05", "--fog-color", "0.3,0.6,0.9", "--height-falloff", "0.5",
+                "--up", "0,0,1", "--sky", "keep")
+fog.property_unset("density")
+check_mistakes(scene)
+done = subprocess.run([sys.executable, *sys.argv, "driverless"], env={**os.environ, "OCL_ICD_VENDORS": "/nowhere"},
+                      capture_output=True, text=True)
+print(done.stdout.strip())
+check(done.returncode == 0, f"without a driver: {done.stderr.strip() or 'one line'}")
+
+bpy.ops.preferences.addon_disable(module=MODULE)
+check(not hasattr(bpy.types.Scene, "fathom") and not hasattr(bpy.types, "FATHOM_OT_dof"), "disabled: nothing is left")
+bpy.ops.preferences.addon_enable(module=MODULE)
+check(hasattr(bpy.context.scene, "fathom"), "enabled once more")
+repositories = [each.module for each in bpy.context.preferences.extensions.repos]
+bpy.ops.extensions.package_uninstall(repo_index=repositories.index("user_default"), pkg_id="fathom_depth")
+left = [os.path.join(folder, each) for folder, folders, files in os.walk(HOME) for each in folders + files if "fathom" in each]
+check(not hasattr(bpy.types.Scene, "fathom") and not left, f"uninstalled: {left or 'no file is left'}")
+shutil.rmtree(HOME)
+print(f"{len(failures)} checks failed" if failures else f"all checks passed in Blender {bpy.app.version_string}")
+sys.exit(bool(failures))
