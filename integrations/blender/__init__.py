@@ -1,21 +1,16 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Fathom in Blender: lens blur, occlusion and fog from the Z pass of rendered frames.
-
-The settings are those that fathom.options() describes, and the camera is that of export_camera.py.
-"""
+"""Lens blur, occlusion and fog for rendered frames, with the settings that fathom.options() describes."""
 import os
 import warnings
 
 import bpy
 import fathom
-import numpy
 import OpenImageIO
-
 from . import export_camera
 
 LABELS = {"dof": "Lens Blur", "ssao": "Occlusion", "fog": "Fog"}
 DESCRIBED = {each["name"]: each for each in fathom.options() if each["name"] in LABELS}
-KNOWN = "alpha", "normals_space"  # An EXR's alpha is multiplied in, and Blender's normals are in world space.
+FORMAT = {"media_type": "MULTI_LAYER_IMAGE", "file_format": "OPEN_EXR_MULTILAYER", "color_depth": "32"}
 
 
 def property_of(option):
@@ -41,13 +36,12 @@ def settings_of(name):
     properties, options = {}, {}
     for option in DESCRIBED[name]["options"]:
         key, made = option["name"], property_of(option)
-        if made is None or key in KNOWN:
+        if made is None or key in ("alpha", "normals_space"):  # which Blender's files answer
             continue
         key += f"_{option['kind']}" if key in options else ""
         options[key], properties[key] = option, made
         if option["default"] is None and not option["required"] and option["kind"] in ("number", "choice"):
-            properties["use_" + key] = bpy.props.BoolProperty(
-                name=made.keywords["name"], description=f"if this is off: {option['default_words']}")
+            properties["use_" + key] = bpy.props.BoolProperty(description=f"if this is off: {option['default_words']}")
     return type(f"FATHOM_PG_{name}", (bpy.types.PropertyGroup,), {"__annotations__": properties}), options
 
 
@@ -69,42 +63,40 @@ def arguments_of(name, settings):
     return arguments | ({"up": (0, 0, 1)} if "height_falloff" in arguments else {})  # as in the world of Blender
 
 
-def reader_of(path):
-    """A function that reads passes of a rendered frame, from the first layer that has a depth."""
+def passes_of(path, wanted):
+    """These passes of a rendered frame, from the first layer that has a depth."""
     file, part, layers = OpenImageIO.ImageInput.open(path), 0, {}
     if not file:
-        raise ValueError(f"{path} is not there, or damaged; render it first: Render, Render Animation")
+        raise ValueError(f"{path}: {OpenImageIO.geterror()}; render it first: Render, Render Animation")
     while file.seek_subimage(part, 0):
-        for number, (front, _, channel) in enumerate(name.rpartition(".") for name in file.spec().channelnames):
-            layer, _, name = front.rpartition(".")
-            layers.setdefault(layer, {}).setdefault(name, {})[channel] = part, number
+        for number, channel in enumerate(file.spec().channelnames):  # such as ViewLayer.Combined.R
+            layer, name, _ = (".." + channel).rsplit(".", 2)
+            layers.setdefault(layer, {}).setdefault(name, []).append((part, number))
         part += 1
     passes = next((each for each in layers.values() if "Depth" in each), None)
     if passes is None:
         raise ValueError(f"{path} has no Z pass; switch on Passes for Fathom in Output Properties, and render again")
-
-    def read(name, channels):
+    for name in wanted:
         if name not in passes:
             raise ValueError(f"{path} has no {name} pass; switch it on in View Layer Properties, and render again")
-        found = [passes[name][each] for each in channels if each in passes[name]]
-        (part, first), (_, last) = min(found), max(found)
+        (part, first), (_, last) = passes[name][0], passes[name][-1]
         pixels = file.read_image(part, 0, first, last + 1, "float")
         if pixels is None:
             raise ValueError(f"{path}: {file.geterror()}; render it again")
-        return numpy.ascontiguousarray(pixels[..., [number - first for _, number in found]])
-
-    return read
+        yield pixels
 
 
 def write(path, pixels):
     """Writes an image, or leaves none behind."""
     part, spec = f"{path}.part.exr", OpenImageIO.ImageSpec(*pixels.shape[1::-1], pixels.shape[2], "float")
     file = OpenImageIO.ImageOutput.create(part)
-    if file.open(part, spec) and file.write_image(pixels) and file.close():
-        return os.replace(part, path)
-    if os.path.exists(part):
-        os.remove(part)
-    raise OSError(f"{path}: {file.geterror()}")
+    try:
+        if not (file.open(part, spec) and file.write_image(pixels) and file.close()):
+            raise OSError(f"{path}: {file.geterror()}")
+        os.replace(part, path)
+    finally:
+        if os.path.exists(part):
+            os.remove(part)
 
 
 def process(scene, name, every_frame, report):
@@ -114,13 +106,14 @@ def process(scene, name, every_frame, report):
         if blurred and scene.camera.data.dof.use_dof:
             raise ValueError(blurred)
         path = scene.render.frame_path(frame=number)
-        read, arguments = reader_of(path), arguments_of(name, getattr(scene.fathom, name))
-        if arguments.pop("normals", False):
-            arguments.update(normals=read("Normal", "XYZ"), normals_space="world")
-        if any(option["name"] == "color" for option in DESCRIBED[name]["options"]):
-            arguments["color"] = read("Combined", "RGBA")
+        arguments = arguments_of(name, getattr(scene.fathom, name))
+        images = {"color": "Combined"} if name != "ssao" else {}
+        if "normals" in arguments:
+            images["normals"], arguments["normals_space"] = "Normal", "world"
+        depth, *found = passes_of(path, ["Depth", *images.values()])
+        arguments.update(zip(images, found))
         with warnings.catch_warnings(record=True) as doubts:
-            result = getattr(fathom, name)(read("Depth", "ZV")[..., 0], fathom.Camera(**keys), **arguments)
+            result = getattr(fathom, name)(depth[..., 0], fathom.Camera(**keys), **arguments)
         for text in [blurred] * bool(blurred) + [str(doubt.message) for doubt in doubts]:
             report({"WARNING"}, text)
         path = os.path.join(os.path.dirname(path), f"{name}.{os.path.basename(path)}")
@@ -134,23 +127,20 @@ def process(scene, name, every_frame, report):
 class Operation:
     """What the operators share: a frame at a time, until Escape is pressed."""
 
-    work = None
     frames: bpy.props.EnumProperty(name="Frames", items=[
         ("FRAME", "This Frame", "The current frame"), ("RANGE", "All Frames", "The frames of the scene")])
 
     def step(self, scene):
-        """Does a frame. Says what to do next, as Blender wants to know it."""
         try:
-            self.work = self.work or process(scene, self.operation, self.frames == "RANGE", self.report)
+            if not hasattr(self, "work"):
+                self.work = process(scene, self.operation, self.frames == "RANGE", self.report)
             return {"RUNNING_MODAL"} if next(self.work, None) else {"FINISHED"}
         except (fathom.Error, OSError, TypeError, ValueError) as error:
             self.report({"ERROR"}, " ".join(str(error).split()))
             return {"CANCELLED"}
 
     def execute(self, context):
-        while (state := self.step(context.scene)) == {"RUNNING_MODAL"}:
-            pass
-        return state
+        return next(state for state in iter(lambda: self.step(context.scene), None) if state != {"RUNNING_MODAL"})
 
     def invoke(self, context, _):
         self.timer = context.window_manager.event_timer_add(0.01, window=context.window)
@@ -158,8 +148,8 @@ class Operation:
         return {"RUNNING_MODAL"}
 
     def modal(self, context, event):
-        step = self.step if event.type == "TIMER" else lambda _: {"CANCELLED" if event.type == "ESC" else "RUNNING_MODAL"}
-        state = step(context.scene)
+        state = {"CANCELLED" if event.type == "ESC" else "RUNNING_MODAL"}
+        state = self.step(context.scene) if event.type == "TIMER" else state
         if state != {"RUNNING_MODAL"}:
             context.window_manager.event_timer_remove(self.timer)
         return state
@@ -173,34 +163,30 @@ class FATHOM_PT_panel(bpy.types.Panel):
         self.layout.use_property_split = True
         self.layout.prop(context.scene.fathom, "passes")
         for name, label in LABELS.items():
-            settings, (header, layout) = getattr(context.scene.fathom, name), self.layout.panel("fathom_" + name)
+            settings, (header, body) = getattr(context.scene.fathom, name), self.layout.panel(name, default_closed=True)
             header.label(text=label)
-            if not layout:  # closed
-                continue
-            for key in GROUPS[name][1]:
-                row = layout.row(heading=settings.bl_rna.properties[key].name)
+            header.operator_enum("fathom." + name, "frames")
+            for key in GROUPS[name][1] if body else ():
+                row = body.row(heading=settings.bl_rna.properties[key].name)
                 if hasattr(settings, "use_" + key):
                     row.prop(settings, "use_" + key, text="")
                     row = row.row()
                     row.active = getattr(settings, "use_" + key)
                 row.prop(settings, key, text="")
-            layout.row().operator_enum("fathom." + name, "frames")
 
 
 def has_passes(settings):
-    image, layers = settings.id_data.render.image_settings, settings.id_data.view_layers
-    return (image.file_format, image.color_depth, *(layer.use_pass_z for layer in layers)) == (
-        "OPEN_EXR_MULTILAYER", "32", *(True for _ in layers))
+    image = settings.id_data.render.image_settings
+    return all([getattr(image, key, FORMAT[key]) == FORMAT[key] for key in FORMAT]
+               + [layer.use_pass_z for layer in settings.id_data.view_layers])
 
 
 def set_passes(settings, on):
-    image = settings.id_data.render.image_settings
     for layer in settings.id_data.view_layers:
         layer.use_pass_z = on
-    if on and hasattr(image, "media_type"):  # Blender 5
-        image.media_type = "MULTI_LAYER_IMAGE"
-    if on:
-        image.file_format, image.color_depth = "OPEN_EXR_MULTILAYER", "32"
+    image = settings.id_data.render.image_settings
+    for key in [key for key in FORMAT if on and hasattr(image, key)]:  # Blender 5 has media_type
+        setattr(image, key, FORMAT[key])
 
 
 class FATHOM_PG_scene(bpy.types.PropertyGroup):
@@ -215,15 +201,15 @@ def menu(self, _):
         self.layout.operator_menu_enum("fathom." + name, "frames", text="Fathom: " + LABELS[name])
 
 
-CLASSES = [*(group for group, _ in GROUPS.values()), FATHOM_PG_scene, FATHOM_PT_panel, *(
-    type(f"FATHOM_OT_{name}", (Operation, bpy.types.Operator), {
-        "bl_idname": "fathom." + name, "bl_label": LABELS[name], "operation": name,
-        "bl_description": DESCRIBED[name]["summary"].rstrip(".")}) for name in LABELS)]
+CLASSES = [*(group for group, _ in GROUPS.values()), FATHOM_PG_scene, FATHOM_PT_panel]
+CLASSES += [type(f"FATHOM_OT_{name}", (Operation, bpy.types.Operator), {
+    "bl_idname": "fathom." + name, "bl_label": LABELS[name], "operation": name,
+    "bl_description": DESCRIBED[name]["summary"].rstrip(".")}) for name in LABELS]
+register_classes, unregister_classes = bpy.utils.register_classes_factory(CLASSES)
 
 
 def register():
-    for each in CLASSES:
-        bpy.utils.register_class(each)
+    register_classes()
     bpy.types.Scene.fathom = bpy.props.PointerProperty(type=FATHOM_PG_scene)
     bpy.types.TOPBAR_MT_render.append(menu)
 
@@ -231,5 +217,4 @@ def register():
 def unregister():
     bpy.types.TOPBAR_MT_render.remove(menu)
     del bpy.types.Scene.fathom
-    for each in reversed(CLASSES):
-        bpy.utils.unregister_class(each)
+    unregister_classes()

@@ -1,7 +1,9 @@
-"""usage: PYTHON extension.py ZIP FATHOM FOLDER, with the module bpy of PyPI
+"""usage: PYTHON extension.py ZIP FOLDER, and then PYTHON extension.py --compare FATHOM FOLDER
 
-Installs the extension as a user does, renders a scene, runs every operator and compares the files with those of the program, for
-the camera files that export_camera.py writes. Then come the mistakes, each of which has to end in one line and no file.
+Python has the module bpy of PyPI, which holds a whole Blender. Installs the extension as a user does, renders a scene into FOLDER
+and runs every operator. Then come the mistakes, each of which has to end in one line and no file.
+
+With --compare the results there are compared with those of the program for the camera files that export_camera.py has written.
 """
 import json
 import os
@@ -10,8 +12,10 @@ import subprocess
 import sys
 import tempfile
 
-ZIP, FATHOM, FOLDER = map(os.path.abspath, sys.argv[1:4])
-DRIVERLESS = sys.argv[4:] == ["driverless"]
+COMPARE = sys.argv[1] == "--compare"
+ZIP, FOLDER = FATHOM, _ = [os.path.abspath(each) for each in sys.argv[1 + COMPARE:3 + COMPARE]]
+MISTAKES = os.path.join(FOLDER, "mistakes")
+DRIVERLESS = sys.argv[3:] == ["driverless"]
 os.environ["BLENDER_USER_RESOURCES"] = HOME = tempfile.mkdtemp(prefix="blender-home.")
 import bpy
 import numpy as np
@@ -26,7 +30,7 @@ import OpenImageIO as oiio
 
 MODULE = "bl_ext.user_default.fathom_depth"
 FRAMES = range(1, 4)
-failures = []
+failures, jobs = [], []
 
 
 def check(good, text):
@@ -90,30 +94,35 @@ def pixels(path):
     return {name: values[..., i] for i, name in enumerate(image.spec().channelnames)}
 
 
-def same_as_program(scene, name, numbers, *options):
-    """The files of an operator against those of the program."""
+def run(scene, name, numbers, *options):
+    """Runs an operator and keeps its files, which the program has to write with these options, too."""
     paths = [os.path.join(FOLDER, f"{name}.frame.{number:04d}.exr") for number in FRAMES]
-    for path in paths:
-        if os.path.exists(path):
-            os.remove(path)
     ran = getattr(bpy.ops.fathom, name)(frames="FRAME" if len(numbers) == 1 else "RANGE")
     there = [number for number, path in zip(FRAMES, paths) if os.path.exists(path)]
     check(ran == {"FINISHED"} and there == list(numbers), f"{name}: wrote the frames {there}")
-    spread = []
-    for number in numbers:
-        frame, camera = (os.path.join(FOLDER, f"{stem}.{number:04d}.{end}") for stem, end in
-                         (("frame", "exr"), ("camera", "json")))
-        wanted = os.path.join(FOLDER, "program.exr")
+    for number in there:
+        kept = f"kept.{len(jobs)}.exr"
+        os.replace(paths[number - 1], os.path.join(FOLDER, kept))
+        given = [each(number) if callable(each) else each for each in options]
+        jobs.append({"name": name, "number": number, "kept": kept, "options": given})
+
+
+def compare():
+    """The kept files against those of the program."""
+    os.chdir(FOLDER)
+    with open("jobs.json", encoding="utf-8") as file:
+        kept = json.load(file)
+    for job in kept:
+        name, frame, camera = job["name"], f"frame.{job['number']:04d}.exr", f"camera.{job['number']:04d}.json"
         color = [] if name == "ssao" else ["--color", frame]
-        own = [each(number) if callable(each) else each for each in options]
-        subprocess.run([FATHOM, name, frame, "--camera", camera, *color, "-o", wanted, "--quiet", "--strict", *own], check=True)
-        ours, theirs = pixels(paths[number - 1]), pixels(wanted)
-        ours.setdefault("Y" if name == "ssao" else "R", None)
-        names = ["Y"] if name == "ssao" else "RGBA"
-        check(all(np.array_equal(ours[each], theirs[each], equal_nan=True) for each in names),
-              f"{name}, frame {number}: the program's bits, for {' '.join(own) or 'the camera alone'}")
-        spread.append(ours[names[0]].std())
-    check(min(spread) > 0, f"{name}: the results are no constants")
+        subprocess.run([FATHOM, name, frame, "--camera", camera, *color, "-o", "program.exr", "--quiet", "--strict",
+                        *job["options"]], check=True)
+        ours, theirs = pixels(job["kept"]), pixels("program.exr")
+        names = ["Y"] if name == "ssao" else list("RGBA")
+        check(list(ours) == names and ours[names[0]].std() > 0
+              and all(np.array_equal(ours[each], theirs[each], equal_nan=True) for each in names),
+              f"{name}, frame {job['number']}: the program's bits, for {' '.join(job['options']) or 'the camera alone'}")
+    check(len(kept) == 12, f"{len(kept)} results are compared")
 
 
 def check_descriptions(scene):
@@ -144,23 +153,23 @@ def check_descriptions(scene):
 
 def refused(name, words, frames="FRAME"):
     """An operator ends in one line with these words, and leaves no file."""
-    before = sorted(os.listdir(FOLDER))
+    folder = os.path.dirname(bpy.context.scene.render.filepath)
+    before = sorted(os.listdir(folder))
     result, _ = printed(lambda: getattr(bpy.ops.fathom, name)(frames=frames))
     text = str(result).strip()
     lines = [line for line in text.splitlines() if line]
     check(isinstance(result, RuntimeError) and len(lines) == 1 and all(word in text for word in words)
-          and sorted(os.listdir(FOLDER)) == before, f"{name} refuses: {text}")
+          and sorted(os.listdir(folder)) == before, f"{name} refuses: {text}")
 
 
 def check_mistakes(scene):
     render, settings, camera = scene.render, scene.fathom, scene.camera.data
     scene.frame_set(1)
-    frame = os.path.join(FOLDER, "frame.0001.exr")
-    for name in ("dof", "ssao", "fog"):
-        path = os.path.join(FOLDER, f"{name}.frame.0001.exr")
-        if os.path.exists(path):
-            os.remove(path)
-
+    os.mkdir(MISTAKES)
+    for number in FRAMES:
+        shutil.copy(os.path.join(FOLDER, f"frame.{number:04d}.exr"), MISTAKES)
+    render.filepath = os.path.join(MISTAKES, "frame.####")
+    frame = os.path.join(MISTAKES, "frame.0001.exr")
     for key, value in (("radius", 0.5), ("use_radius", False)):
         setattr(settings.ssao, key, value)
     refused("ssao", ["radius", "missing"])
@@ -178,7 +187,7 @@ def check_mistakes(scene):
     render.use_motion_blur = True
     result, text = printed(lambda: bpy.ops.fathom.fog())
     check(result == {"FINISHED"} and text.count("Warning:") == 1 and "Motion Blur" in text, f"fog warns: {text.strip()}")
-    os.remove(os.path.join(FOLDER, "fog.frame.0001.exr"))
+    os.remove(os.path.join(MISTAKES, "fog.frame.0001.exr"))
     render.use_motion_blur = False
     camera.type = "PANO"
     refused("dof", ["PANO", "render with a perspective"])
@@ -190,12 +199,13 @@ def check_mistakes(scene):
     refused("dof", ["96", "192"])
     render.resolution_percentage = 100
 
+    os.mkdir(os.path.join(MISTAKES, "dof.frame.0001.exr"))
+    refused("dof", ["dof.frame.0001.exr", "directory"])
+    os.rmdir(os.path.join(MISTAKES, "dof.frame.0001.exr"))
     scene.frame_set(99)
-    refused("dof", ["frame.0099.exr", "is not there", "render"])
+    refused("dof", ["frame.0099.exr", "render it first"])
     scene.frame_set(1)
-    os.rename(frame, frame + ".kept")
-    with open(frame + ".kept", "rb") as whole, open(frame, "wb") as file:
-        file.write(whole.read()[:20000])
+    os.truncate(frame, 20000)
     refused("dof", ["frame.0001.exr"])
     settings.passes = False
     check(not settings.passes and not scene.view_layers[0].use_pass_z, "the switch turns the Z pass off")
@@ -212,18 +222,24 @@ def check_mistakes(scene):
     check(not settings.passes, "a PNG has no passes")
     bpy.ops.render.render(animation=True)
     refused("fog", ["frame.0001.png has no Z pass", "switch on Passes for Fathom"])
-    settings.passes = True
-    os.replace(frame + ".kept", frame)
 
 
+def finish():
+    shutil.rmtree(HOME)
+    print(f"{len(failures)} checks failed" if failures else f"all checks passed in Blender {bpy.app.version_string}")
+    sys.exit(bool(failures))
+
+
+if COMPARE:
+    compare()
+    finish()
 if DRIVERLESS:
     bpy.ops.extensions.package_install_files(filepath=ZIP, repo="user_default", enable_on_install=True)
     scene = build_scene()
     scene.fathom.passes = True
     scene.frame_set(1)
     refused("dof", ["OpenCL", "install"])
-    shutil.rmtree(HOME)
-    sys.exit(bool(failures))
+    finish()
 
 shutil.rmtree(FOLDER, ignore_errors=True)
 os.makedirs(FOLDER)
@@ -241,26 +257,28 @@ check_descriptions(scene)
 
 dof, ssao, fog = scene.fathom.dof, scene.fathom.ssao, scene.fathom.fog
 scene.frame_set(2)
-same_as_program(scene, "dof", FRAMES)
+run(scene, "dof", FRAMES)
 check(scene.frame_current == 2, "the scene is at the frame where it was")
 dof.use_f_stop, dof.f_stop, dof.quality, dof.blades, dof.rotation_degrees = True, 1.4, "accurate", 6, 12.3
-same_as_program(scene, "dof", [2], "--f-stop", "1.4", "--quality", "accurate", "--aperture", "6", "--rotation-degrees", "12.3")
+run(scene, "dof", [2], "--f-stop", "1.4", "--quality", "accurate", "--aperture", "6", "--rotation-degrees", "12.3")
 check("dof.frame.0002.exr" in bpy.data.images, "the Image Editor lists the result")
 ssao.use_radius, ssao.radius = True, 0.7
-same_as_program(scene, "ssao", FRAMES, "--radius", "0.7")
+run(scene, "ssao", FRAMES, "--radius", "0.7")
 ssao.normals, ssao.use_thickness_choice, ssao.use_jitter, ssao.jitter = True, True, True, "4"
-same_as_program(scene, "ssao", [2], "--radius", "0.7", "--normals", lambda n: f"{FOLDER}/frame.{n:04d}.exr",
+run(scene, "ssao", [2], "--radius", "0.7", "--normals", lambda n: f"frame.{n:04d}.exr",
                 "--normals-space", "world", "--thickness", "silhouette", "--jitter", "4")
 fog.fog_color = 0.3, 0.6, 0.9
 for frame in (1, 3):
     fog.density = 0.1 * frame
     fog.keyframe_insert("density", frame=frame)
-same_as_program(scene, "fog", FRAMES, "--density", lambda n: f"{0.1 * n:.7g}", "--fog-color", "0.3,0.6,0.9")
+run(scene, "fog", FRAMES, "--density", lambda n: f"{0.1 * n:.7g}", "--fog-color", "0.3,0.6,0.9")
 scene.animation_data_clear()
 fog.density, fog.height_falloff, fog.sky = 0.05, 0.5, "keep"
-same_as_program(scene, "fog", [2], "--density", "0.05", "--fog-color", "0.3,0.6,0.9", "--height-falloff", "0.5",
+run(scene, "fog", [2], "--density", "0.05", "--fog-color", "0.3,0.6,0.9", "--height-falloff", "0.5",
                 "--up", "0,0,1", "--sky", "keep")
 fog.property_unset("density")
+with open(os.path.join(FOLDER, "jobs.json"), "w", encoding="utf-8") as jobs_file:
+    json.dump(jobs, jobs_file)
 check_mistakes(scene)
 done = subprocess.run([sys.executable, *sys.argv, "driverless"], env={**os.environ, "OCL_ICD_VENDORS": "/nowhere"},
                       capture_output=True, text=True)
@@ -275,6 +293,4 @@ repositories = [each.module for each in bpy.context.preferences.extensions.repos
 bpy.ops.extensions.package_uninstall(repo_index=repositories.index("user_default"), pkg_id="fathom_depth")
 left = [os.path.join(folder, each) for folder, folders, files in os.walk(HOME) for each in folders + files if "fathom" in each]
 check(not hasattr(bpy.types.Scene, "fathom") and not left, f"uninstalled: {left or 'no file is left'}")
-shutil.rmtree(HOME)
-print(f"{len(failures)} checks failed" if failures else f"all checks passed in Blender {bpy.app.version_string}")
-sys.exit(bool(failures))
+finish()
