@@ -10,6 +10,7 @@ from . import export_camera
 
 LABELS = {"dof": "Lens Blur", "ssao": "Occlusion", "fog": "Fog"}
 DESCRIBED = {each["name"]: each for each in fathom.options() if each["name"] in LABELS}
+FRAMES = ("FRAME", "This Frame", "The current frame"), ("RANGE", "All Frames", "The frames of the scene")
 FORMAT = {"media_type": "MULTI_LAYER_IMAGE", "file_format": "OPEN_EXR_MULTILAYER", "color_depth": "32"}
 
 
@@ -99,41 +100,38 @@ def write(path, pixels):
             os.remove(part)
 
 
-def process(scene, name, every_frame, report):
+def process(scene, name, operator):
     """Writes the result of an operation for each frame, and yields its path."""
-    frames = range(scene.frame_start, scene.frame_end + 1, scene.frame_step) if every_frame else [scene.frame_current]
+    frames = range(scene.frame_start, scene.frame_end + 1, scene.frame_step)
+    frames = frames if operator.frames == "RANGE" else [scene.frame_current]
     for number, keys, blurred in export_camera.camera_files(scene, frames):
         if blurred and scene.camera.data.dof.use_dof:
             raise ValueError(blurred)
         path = scene.render.frame_path(frame=number)
-        arguments = arguments_of(name, getattr(scene.fathom, name))
-        images = {"color": "Combined"} if name != "ssao" else {}
-        if "normals" in arguments:
-            images["normals"], arguments["normals_space"] = "Normal", "world"
+        given, images = arguments_of(name, getattr(scene.fathom, name)), {"color": "Combined"} if name != "ssao" else {}
+        if "normals" in given:
+            images["normals"], given["normals_space"] = "Normal", "world"
         depth, *found = passes_of(path, ["Depth", *images.values()])
-        arguments.update(zip(images, found))
+        given.update(zip(images, found))
         with warnings.catch_warnings(record=True) as doubts:
-            result = getattr(fathom, name)(depth[..., 0], fathom.Camera(**keys), **arguments)
+            result = getattr(fathom, name)(depth[..., 0], fathom.Camera(**keys), **given)
         for text in [blurred] * bool(blurred) + [str(doubt.message) for doubt in doubts]:
-            report({"WARNING"}, text)
+            operator.report({"WARNING"}, text)
         path = os.path.join(os.path.dirname(path), f"{name}.{os.path.basename(path)}")
         write(path, result.reshape(*result.shape[:2], -1))
-        report({"INFO"}, f"wrote {path}")
-        if not every_frame:  # for the Image Editor
+        operator.report({"INFO"}, f"wrote {path}")
+        if len(frames) == 1:  # for the Image Editor
             bpy.data.images.load(path, check_existing=True).reload()
         yield path
 
 
 class Operation:
     """What the operators share: a frame at a time, until Escape is pressed."""
-
-    frames: bpy.props.EnumProperty(name="Frames", items=[
-        ("FRAME", "This Frame", "The current frame"), ("RANGE", "All Frames", "The frames of the scene")])
+    frames: bpy.props.EnumProperty(name="Frames", items=FRAMES)
 
     def step(self, scene):
         try:
-            if not hasattr(self, "work"):
-                self.work = process(scene, self.operation, self.frames == "RANGE", self.report)
+            self.work = getattr(self, "work", None) or process(scene, self.operation, self)
             return {"RUNNING_MODAL"} if next(self.work, None) else {"FINISHED"}
         except (fathom.Error, OSError, TypeError, ValueError) as error:
             self.report({"ERROR"}, " ".join(str(error).split()))
@@ -165,14 +163,16 @@ class FATHOM_PT_panel(bpy.types.Panel):
         for name, label in LABELS.items():
             settings, (header, body) = getattr(context.scene.fathom, name), self.layout.panel(name, default_closed=True)
             header.label(text=label)
-            header.operator_enum("fathom." + name, "frames")
+            for frames, text, _ in FRAMES:
+                header.operator("fathom." + name, text=text).frames = frames
             for key in GROUPS[name][1] if body else ():
+                if not hasattr(settings, "use_" + key):
+                    body.prop(settings, key)
+                    continue
                 row = body.row(heading=settings.bl_rna.properties[key].name)
-                if hasattr(settings, "use_" + key):
-                    row.prop(settings, "use_" + key, text="")
-                    row = row.row()
-                    row.active = getattr(settings, "use_" + key)
-                row.prop(settings, key, text="")
+                row.prop(settings, "use_" + key, text="")
+                if getattr(settings, "use_" + key):
+                    row.prop(settings, key, text="")
 
 
 def has_passes(settings):
