@@ -73,7 +73,14 @@ def example(name, *arguments, cwd):
 
 def test_every_example_is_run_here_and_linked():
     names = {file.name for file in EXAMPLES.glob("*.py")}
-    assert names == {"window_buffer.py", "kinect.py", "occlusion_and_bokeh.py", "rays_of_a_lens.py"}
+    assert names == {
+        "window_buffer.py",
+        "kinect.py",
+        "occlusion_and_bokeh.py",
+        "rays_of_a_lens.py",
+        "vapoursynth_blur.py",
+        "dask_frames.py",
+    }
     for name in names:
         assert f"../examples/python/{name}" in PAGE
 
@@ -117,3 +124,56 @@ def test_occlusion_and_bokeh(tmp_path):
     pytest.importorskip("matplotlib")
     example("occlusion_and_bokeh.py", "picture.png", cwd=tmp_path)
     assert (tmp_path / "picture.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_vapoursynth_blur(tmp_path, monkeypatch):
+    """Frames have the bits of the call, whatever their order."""
+    vs = pytest.importorskip("vapoursynth")
+    said = example("vapoursynth_blur.py", cwd=tmp_path)
+    red = [float(number) for number in re.findall(r"\d\.\d+", said)]
+    assert red[0] == pytest.approx(0.9) and red[-1] == pytest.approx(0.1) and red == sorted(red, reverse=True)
+    assert len({round(value, 3) for value in red}) > 3  # a soft edge
+    monkeypatch.syspath_prepend(EXAMPLES)
+    from vapoursynth_blur import blur
+
+    y, x = numpy.mgrid[:48, :80].astype(numpy.float32)
+    depths = [numpy.where(numpy.hypot(x - 20 - 9 * n, y - 24) < 12, 2, 5 + 0.01 * x).astype(numpy.float32) for n in range(5)]
+    lights = [numpy.stack([x / 80, y / 48, (x + n) % 8 / 8], axis=-1) for n in range(5)]
+
+    def clip(kind, frames):
+        def filled(n, f):
+            made = f.copy()
+            for plane in range(made.format.num_planes):
+                numpy.copyto(numpy.asarray(made[plane]), frames[n].reshape(48, 80, -1)[..., plane])
+            return made
+
+        blank = vs.core.std.BlankClip(format=kind, width=80, height=48, length=len(frames), keep=True)
+        return blank.std.ModifyFrame(blank, filled)
+
+    camera = fathom.Camera(fov_y_deg=50, encoding="view-z")
+    options = {"focus": 2, "f_stop": 0.05, "sensor_mm": 36}
+    blurred = blur(clip(vs.RGBS, lights), clip(vs.GRAYS, depths), camera, **options)
+    for n in (3, 0, 4, 1, 2):
+        frame = blurred.get_frame(n)
+        got = numpy.stack([numpy.asarray(frame[plane]) for plane in range(3)], axis=-1)
+        expected = fathom.dof(depths[n], camera, lights[n], **options)
+        assert numpy.array_equal(got, expected) and not numpy.array_equal(got, lights[n])
+    with pytest.raises(ValueError, match="must be RGBS"):
+        blur(clip(vs.GRAYS, depths), clip(vs.GRAYS, depths), camera)
+
+
+def test_dask_frames(tmp_path):
+    """Processes that are spawned give the bits of this one."""
+    pytest.importorskip("distributed")
+    y, x = numpy.mgrid[:480, :640]
+    files = []
+    for n in range(4):
+        depth = numpy.where(numpy.hypot(x - 200 - 60 * n, y - 240) < 90, 1850, 2000 + x // 8).astype(numpy.uint16)
+        files.append(tmp_path / f"frame{n}.npy")
+        numpy.save(files[-1], depth)
+    said = example("dask_frames.py", 2, tmp_path, *files, cwd=tmp_path)
+    assert sorted(said.split()) == [str(file.with_suffix(".ao.npy")) for file in files]
+    camera = fathom.Camera(preset="kinect", fx=525, fy=525, cx=319.5, cy=239.5)
+    for file in files:
+        got, expected = numpy.load(file.with_suffix(".ao.npy")), fathom.ssao(numpy.load(file), camera, radius=0.3)
+        assert got.min() < 0.9 and numpy.array_equal(got, expected, equal_nan=True)

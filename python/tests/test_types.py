@@ -41,7 +41,7 @@ def test_the_page_and_the_examples_are_typed(tmp_path, checked):
     page = tmp_path / "page.py"
     page.write_text("\n".join(re.findall(r"```python\n(.*?)```", (ROOT / "docs/python.md").read_text(), re.DOTALL)))
     examples = sorted((ROOT / "examples/python").glob("*.py"))
-    assert len(examples) == 4
+    assert len(examples) == 6
     for file in (page, *examples):
         said = checked("--allow-redefinition", file)
         assert "Success" in said, said
