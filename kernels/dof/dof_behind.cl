@@ -90,7 +90,9 @@ INLINE size_t nearest_behind(__global const float* layers, __global const float*
             bottom = min(bottom, (row + above) / SIDE);
         }
     }
-    const int steps_x = 2 * max(middle_x - left, right - middle_x),
+    // Eight blocks of a row are looked at together.
+    const int eights = (right - left) / 8, middle_eight = min(max(middle_x - left, 0) / 8, eights);
+    const int steps_x = 2 * max(middle_eight, eights - middle_eight),
               steps_y = 2 * max(middle_y - top, bottom - middle_y);
     for (int step_y = 0; step_y <= steps_y; ++step_y) {
         const int y = in_turn(middle_y, step_y);
@@ -100,36 +102,48 @@ INLINE size_t nearest_behind(__global const float* layers, __global const float*
         if (away_y * away_y > nearest)
             continue;
         for (int step_x = 0; step_x <= steps_x; ++step_x) {
-            const int x = in_turn(middle_x, step_x);
-            if (x < left || x > right)
+            const int eight = in_turn(middle_eight, step_x);
+            if (eight < 0 || eight > eights)
                 continue;
-            __global const float* block = blocks + y * (int)b->block_columns + x;
-            if (!(*block > layer + JUMP))
+            const int first = left + 8 * eight;
+            __global const float* block = blocks + y * (int)b->block_columns + first;
+            const int8 columns = first + (int8)(0, 1, 2, 3, 4, 5, 6, 7);
+            int8 some = (columns <= right) & (*(__global const float8_anywhere*)block > layer + JUMP);
+            if (!any(some))
                 continue;
-            const float away_x = (float)max(max(SIDE * x - column, column - SIDE * x - (SIDE - 1)), 0);
-            const float away = fma(away_x, away_x, away_y * away_y);
-            const float reach = reach_of(block[b->block_columns * b->block_rows], circle);
-            if (away > nearest || away > reach * reach)
+            const float8 reach =
+                (*(__global const float8_anywhere*)(block + b->block_columns * b->block_rows) - circle) * 0.5f + 1.0f;
+            const float8 away_x =
+                convert_float8(max(max(SIDE * columns - column, column - SIDE * columns - (SIDE - 1)), 0));
+            const float8 away = fma(away_x, away_x, (float8)(away_y * away_y));
+            some &= (away <= nearest) & (away <= reach * reach);
+            if (!any(some))
                 continue;
-            for (int j = 0; j < SIDE; ++j) {
-                const int other_row = SIDE * y + j;
-                const size_t others = (size_t)other_row * p->stride + dof_margin + SIDE * x;
-                const float dy = (float)(other_row - row) * b->vertical;
-                const float8 dx = (float8)((float)(SIDE * x - column)) + (float8)(0, 1, 2, 3, 4, 5, 6, 7);
-                const float8 squares = fma(dx, dx, (float8)(dy * dy));
-                const float8 all = *(__global const float8_anywhere*)(layers + others);
-                if (!any((all > layer + JUMP) & (squares <= min(nearest, reach * reach))))
+            for (int n = 0; n < 8; ++n) {
+                if (!((const int*)&some)[n] || ((const float*)&away)[n] > nearest)
                     continue;
-                for (int i = 0; i < SIDE; ++i) {
-                    const size_t other = others + i;
-                    const float its = ((const float*)&all)[i], square = ((const float*)&squares)[i];
-                    if (!(its > layer + JUMP) || square > min(nearest, reach * reach) ||
-                        (square == nearest && other >= found))
+                const int x = first + n;
+                const float most = ((const float*)&reach)[n] * ((const float*)&reach)[n];
+                for (int j = 0; j < SIDE; ++j) {
+                    const int other_row = SIDE * y + j;
+                    const size_t others = (size_t)other_row * p->stride + dof_margin + SIDE * x;
+                    const float dy = (float)(other_row - row) * b->vertical;
+                    const float8 dx = (float8)((float)(SIDE * x - column)) + (float8)(0, 1, 2, 3, 4, 5, 6, 7);
+                    const float8 squares = fma(dx, dx, (float8)(dy * dy));
+                    const float8 all = *(__global const float8_anywhere*)(layers + others);
+                    if (!any((all > layer + JUMP) & (squares <= min(nearest, most))))
                         continue;
-                    const float its_reach = reach_of(circle_of(its, p), circle);
-                    if (square <= its_reach * its_reach) {
-                        nearest = square;
-                        found = other;
+                    for (int i = 0; i < SIDE; ++i) {
+                        const size_t other = others + i;
+                        const float its = ((const float*)&all)[i], square = ((const float*)&squares)[i];
+                        if (!(its > layer + JUMP) || square > min(nearest, most) ||
+                            (square == nearest && other >= found))
+                            continue;
+                        const float its_reach = reach_of(circle_of(its, p), circle);
+                        if (square <= its_reach * its_reach) {
+                            nearest = square;
+                            found = other;
+                        }
                     }
                 }
             }
