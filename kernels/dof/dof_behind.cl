@@ -17,6 +17,14 @@ typedef struct {
     int left, right, top, bottom;
 } block_range;
 
+// circle_of for pixels with a layer.
+INLINE float8 circle_of_8(float8 layers, const blur_params* p) {
+    const float8 away = fabs(layers - (float)p->middle) / p->per_octave, octave = floor(away);
+    const float8 power = as_float8((convert_int8(octave) + 127) << 23);
+    const float8 size = select((float8)0.0f, power * (1.0f + (away - octave)), away > 0.0f);
+    return select(size, -size, layers < (float)p->middle);
+}
+
 // How far a ray moves at most from beside a surface to behind it, at a farther circle.
 INLINE float reach_of(float farther, float circle) {
     return (farther - circle) * 0.5f + 1.0f;
@@ -131,16 +139,17 @@ INLINE size_t nearest_behind(__global const float* layers, __global const float*
                     const float8 dx = (float8)((float)(SIDE * x - column)) + (float8)(0, 1, 2, 3, 4, 5, 6, 7);
                     const float8 squares = fma(dx, dx, (float8)(dy * dy));
                     const float8 all = *(__global const float8_anywhere*)(layers + others);
-                    if (!any((all > layer + JUMP) & (squares <= min(nearest, most))))
+                    int8 behind = (all > layer + JUMP) & (squares <= min(nearest, most));
+                    if (!any(behind))
+                        continue;
+                    const float8 its_reach = (circle_of_8(all, p) - circle) * 0.5f + 1.0f;
+                    behind &= squares <= its_reach * its_reach;
+                    if (!any(behind))
                         continue;
                     for (int i = 0; i < SIDE; ++i) {
                         const size_t other = others + i;
-                        const float its = ((const float*)&all)[i], square = ((const float*)&squares)[i];
-                        if (!(its > layer + JUMP) || square > min(nearest, most) ||
-                            (square == nearest && other >= found))
-                            continue;
-                        const float its_reach = reach_of(circle_of(its, p), circle);
-                        if (square <= its_reach * its_reach) {
+                        const float square = ((const float*)&squares)[i];
+                        if (((const int*)&behind)[i] && (square < nearest || (square == nearest && other < found))) {
                             nearest = square;
                             found = other;
                         }
