@@ -44,13 +44,13 @@ INLINE block_range blocks_behind(__global const float* blocks, const blur_params
             __global const float* block = blocks + y * (int)b->block_columns + x;
             const int8 columns = x + (int8)(0, 1, 2, 3, 4, 5, 6, 7);
             int8 some = (columns <= last) & (*(__global const float8_anywhere*)block > least + JUMP);
-            if (!any(some))
+            if (!any_of_8(some))
                 continue;
             const float8 away_x = convert_float8(max(SIDE * max(columns - column, column - columns) - (SIDE - 1), 0));
             const float8 circles = *(__global const float8_anywhere*)(block + b->block_columns * b->block_rows);
             const float8 reach = (circles - circle) * 0.5f + 1.0f;
             some &= fma(away_x, away_x, (float8)(away_y * away_y)) <= reach * reach;
-            if (!any(some))
+            if (!any_of_8(some))
                 continue;
             for (int i = 0; i < 8; ++i)
                 if (((const int*)&some)[i]) {
@@ -117,7 +117,7 @@ INLINE size_t nearest_behind(__global const float* layers, __global const float*
             __global const float* block = blocks + y * (int)b->block_columns + first;
             const int8 columns = first + (int8)(0, 1, 2, 3, 4, 5, 6, 7);
             int8 some = (columns <= right) & (*(__global const float8_anywhere*)block > layer + JUMP);
-            if (!any(some))
+            if (!any_of_8(some))
                 continue;
             const float8 reach =
                 (*(__global const float8_anywhere*)(block + b->block_columns * b->block_rows) - circle) * 0.5f + 1.0f;
@@ -125,7 +125,7 @@ INLINE size_t nearest_behind(__global const float* layers, __global const float*
                 convert_float8(max(max(SIDE * columns - column, column - SIDE * columns - (SIDE - 1)), 0));
             const float8 away = fma(away_x, away_x, (float8)(away_y * away_y));
             some &= (away <= nearest) & (away <= reach * reach);
-            if (!any(some))
+            if (!any_of_8(some))
                 continue;
             for (int n = 0; n < 8; ++n) {
                 if (!((const int*)&some)[n] || ((const float*)&away)[n] > nearest)
@@ -140,11 +140,11 @@ INLINE size_t nearest_behind(__global const float* layers, __global const float*
                     const float8 squares = fma(dx, dx, (float8)(dy * dy));
                     const float8 all = *(__global const float8_anywhere*)(layers + others);
                     int8 behind = (all > layer + JUMP) & (squares <= min(nearest, most));
-                    if (!any(behind))
+                    if (!any_of_8(behind))
                         continue;
                     const float8 its_reach = (circle_of_8(all, p) - circle) * 0.5f + 1.0f;
                     behind &= squares <= its_reach * its_reach;
-                    if (!any(behind))
+                    if (!any_of_8(behind))
                         continue;
                     for (int i = 0; i < SIDE; ++i) {
                         const size_t other = others + i;

@@ -24,11 +24,6 @@ INLINE float greatest_of_8(float8 v) {
     return -least_of_8(-v);
 }
 
-INLINE bool any_of_8(int8 condition) {
-    const int4 four = condition.lo | condition.hi;
-    return (four.x | four.y | four.z | four.w) != 0;
-}
-
 // The farthest layer of the blocks around one.
 INLINE float farthest_around(__global const float* blocks, const behind_params* b, int column, int row) {
     const int aside = ((int)b->most + SIDE - 1) / SIDE, above = ((int)(b->most / b->vertical) + SIDE - 1) / SIDE;

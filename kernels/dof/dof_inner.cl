@@ -25,7 +25,7 @@ KERNEL void dof_inner(__global const float* planes, __global float* inner, __glo
             }
         }
         float8 layer = here;
-        if (any(here > nearest + JUMP)) {
+        if (any_of_8(here > nearest + JUMP)) {
             const int8 apart = excess_of_8(here, &p) > excess_of_8(nearest, &p) + APART;
             layer = select(here, (float8)(NOWHERE), (here > nearest + JUMP) & apart);
         }

@@ -61,6 +61,11 @@ INLINE float excess_of(float layer, const blur_params* p) {
 // A row of a block.
 typedef float8 __attribute__((aligned(4))) float8_anywhere;
 
+INLINE bool any_of_8(int8 condition) {
+    const int4 four = condition.lo | condition.hi;
+    return (four.x | four.y | four.z | four.w) != 0;
+}
+
 INLINE float8 excess_of_8(float8 layers, const blur_params* p) {
     return (float8)(excess_of_4(layers.lo, p), excess_of_4(layers.hi, p));
 }
