@@ -150,6 +150,53 @@ typedef struct {
 } lens_params;
 PARAMS(lens_params, 104)
 
+// A pinhole that sees a part of a lens's image: see kernels/faces. Its pixel (x, y) looks along
+//   ahead + X right + Y down,   (X, Y) = (x, y) + first
+typedef struct {
+    float ahead[3], right[3], down[3]; // a step of one along its axis, and what a pixel to the right and one down add
+    float first[2];      // of the first pixel's middle, pixels from the axis
+    float pixel;         // a pixel's width at distance one
+    u32 columns, rows;   // of its image, multiples of 16
+    u32 stride;          // elements from row to row of it
+    u32 tiles;           // of its positions in a row
+    u32 turn;            // columns of a whole turn that the camera sees, or 0
+    u32 camera_columns, camera_rows;
+    u32 left, top;       // the first pixel of the depth in the camera's image
+    u32 width, height;   // of the depth
+    u32 plane_stride;    // pixels from row to row of the tangent planes
+} face_params;
+PARAMS(face_params, 96)
+
+// What is brought onto a face besides depth: an image of the depth's size, and how its vectors turn.
+typedef struct {
+    u64 offset;
+    u64 target_offset;
+    u32 stride;
+    u32 channels;
+    float turn[3][3];
+} onto_face_params;
+PARAMS(onto_face_params, 64)
+
+// A result that goes back: columns [first_column, last_column] and rows of the face have it.
+typedef struct {
+    float unit[3][3];   // right, down and ahead of the face, as columns
+    float error;        // of inverse depth, relative
+    float edge;         // widths of a pixel that a neighbour may lie off the plane
+    int first_column, first_row, last_column, last_row;
+    u32 stride;         // elements from row to row of it
+    u32 x, y;           // the target's first pixel in the depth
+} from_face_params;
+PARAMS(from_face_params, 72)
+
+// What tells how far a tangent plane may be off.
+typedef struct {
+    float radius;
+    float error_constant, error_linear, error_quadratic;
+    u32 stride; // pixels from row to row of the planes
+    u32 given;  // channels of normals that are given
+} lens_plane_params;
+PARAMS(lens_plane_params, 24)
+
 // From inverse depth q and its slopes gx, gy per pixel to a normal. See kernels/normals/normals.cl.
 //   n = of_slope_x gx + of_slope_y gy + of_depth (q - gx (x - centre_x) - gy (y - centre_y)), or 1 for the last factor
 // for an orthographic camera. The bound of q's error is error_constant + error_linear |q| + error_quadratic q^2.

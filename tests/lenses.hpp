@@ -1,7 +1,15 @@
 #pragma once
 
 #include <fathom/camera.hpp>
+#include <fathom/lens.hpp>
+#include <fathom/pixel_rays.hpp>
 
+#include <Eigen/Geometry>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -55,4 +63,51 @@ inline std::vector<LensSubject> lens_subjects() {
     again(7, ", rows bottom up")->rows = Rows::bottom_up;
     again(11, ", opengl")->projection.convention.view_axes = ViewAxes::opengl;
     return all;
+}
+
+using PixelRay = std::optional<Eigen::Vector3d>;
+
+inline std::vector<PixelRay> all_rays(const fathom::Camera& camera) {
+    const fathom::PixelRays rays(camera);
+    std::vector<PixelRay> all;
+    for (int y = 0; y < camera.height; ++y)
+        for (int x = 0; x < camera.width; ++x)
+            all.push_back(rays.ray_of(x + 0.5, y + 0.5));
+    return all;
+}
+
+inline double forwards_of(const fathom::Camera& camera) {
+    return camera.projection.convention.view_axes == fathom::ViewAxes::opengl ? -1 : 1;
+}
+
+// The part of a ray along the view axis if depth counts along it, or 1; none beyond 89 degrees, whose depth says nothing.
+inline std::optional<double> part_stored(const fathom::Camera& camera, const Eigen::Vector3d& ray) {
+    if (camera.encoding == fathom::Encoding::ray_distance)
+        return 1;
+    const double ahead = forwards_of(camera) * ray.z();
+    return ahead > std::cos(89 * std::numbers::pi / 180) * (1 + 1e-6) ? std::optional(ahead) : std::nullopt;
+}
+
+// Where rays turn like those on the axis: not within some pixels of a fold, where they turn without end, nor where those of
+// neighbours meet behind the camera.
+inline bool is_regular(const fathom::Camera& camera, const fathom::PixelScale& scale, const std::vector<PixelRay>& rays,
+                       int x, int y) {
+    constexpr int beside_fold = 8;
+    constexpr double least_turn = 0.1;
+    const auto at = [&](int column, int row) -> const PixelRay& {
+        return rays[static_cast<std::size_t>(row * camera.width + column)];
+    };
+    if (x < 1 || y < 1 || x + 1 >= camera.width || y + 1 >= camera.height)
+        return false;
+    for (const int i : {-beside_fold, 0, beside_fold})
+        for (const int j : {-beside_fold, 0, beside_fold})
+            if (!at(std::clamp(x + i, 0, camera.width - 1), std::clamp(y + j, 0, camera.height - 1)))
+                return false;
+    const auto turn = [&](const PixelRay& a, const PixelRay& b) { return a && b ? (*a - *b).norm() / 2 : 0; };
+    // The singular values of both slopes are no smaller than their product over their sum.
+    const double across = turn(at(x - 1, y), at(x + 1, y)) * static_cast<double>(scale.x),
+                 down = turn(at(x, y - 1), at(x, y + 1)) * static_cast<double>(scale.y);
+    const Eigen::Vector3d a = *at(x + 1, y) - *at(x, y), b = *at(x, y + 1) - *at(x, y);
+    const double area = a.cross(b).norm() * static_cast<double>(scale.x * scale.y);
+    return area > least_turn * std::hypot(across, down);
 }

@@ -9,8 +9,8 @@ namespace fathom {
 
 /// How an operation takes its place among other work on the device: the last parameter of every operation.
 ///
-/// An operation starts its kernels and returns. Only `dof` waits in between, for its first kernels and so for the events in
-/// `wait`. An operation that throws has waited for all that was started in its queue. If that hangs on a user event, another
+/// An operation starts its kernels and returns. Only `dof`, and `ssao` through a lens, wait in between, for their first
+/// kernels and so for the events in `wait`. An operation that throws has waited for all that was started in its queue. If that hangs on a user event, another
 /// thread has to set it.
 /// Throws: std::invalid_argument for a queue that is not the device's own, and for an event that is null or of another context;
 /// Error for an event that has failed. What becomes of one that fails later is the driver's choice: PoCL ends the process.

@@ -95,8 +95,9 @@ struct Occlusion {
 /// pixels have NaN in every result. A radius of less than a pixel gives 1.
 /// Accuracy: `ssao_plane_error` for a surface that nothing rises above, under every camera and at tilts to 80°;
 /// `inexact::ssao_error` more on a device that is not exact (probe.hpp).
-/// Throws: std::invalid_argument for a radius that is not above 0 or not finite, for options out of range and for images
-/// whose size does not fit; Error from the device.
+/// Throws: std::invalid_argument for a radius that is not above 0 or not finite, for options out of range, for images whose size
+/// does not fit and for Border::clamp through a lens; Error from the device, and for a budget that an image through a lens does
+/// not fit into.
 /// Source: slices and their measure, Jimenez et al. 2016; sectors as bits, Therrien et al. 2023.
 Occlusion ssao(const StoredDepth& stored, double radius, const SsaoOptions& options = {}, const Launch& launch = {});
 

@@ -33,6 +33,9 @@ public:
     const Laws& laws() const { return laws_; }
     LensLaw law() const { return model_.law; }
 
+    /// Pixels of a whole turn of a panorama; 0 for other lenses.
+    double turn() const { return turn_; }
+
 private:
     LensModel model_;
     Laws laws_;

@@ -19,17 +19,11 @@ static_assert(static_cast<int>(Along::axis) == ALONG_AXIS && static_cast<int>(Al
 
 using Bits = std::uint64_t;
 
-// All that the patches depend on.
-struct LensKey {
-    std::array<Bits, 7> numbers;
-    std::array<Bits, 13> coefficients; // how many, and they
-    std::array<Bits, 9> turn;
-    Bits map; // where it lies, which the table keeps
-};
-
 constexpr auto bits_of_number = [](double value) { return std::bit_cast<Bits>(value); };
 
-LensKey key_of(const Camera& camera, bool along_axis, const Eigen::Matrix3d& turn) {
+} // namespace
+
+LensKey lens_key(const Camera& camera, bool along_axis, const Eigen::Matrix3d& turn) {
     const LensModel& lens = *camera.lens;
     const Bits choices = static_cast<Bits>(lens.law) << 16 | static_cast<Bits>(camera.rows) << 9 |
                          static_cast<Bits>(along_axis) << 8 | static_cast<Bits>(camera.projection.convention.view_axes);
@@ -43,15 +37,17 @@ LensKey key_of(const Camera& camera, bool along_axis, const Eigen::Matrix3d& tur
     return key;
 }
 
-} // namespace
+bool needs_part_along_axis(const Camera& camera) {
+    return counted_along(camera) == Along::axis || has_plane_in_focus(camera);
+}
 
 KernelLens::KernelLens(const Device& device, const Camera& camera, const LensAxes& axes) {
     if (!camera.lens)
         return;
     along_ = counted_along(camera);
-    const bool along_axis = along_ == Along::axis || has_plane_in_focus(camera);
+    const bool along_axis = needs_part_along_axis(camera);
     const lens::CameraLens lens(camera); // refuses what is none, also where the table is kept
-    table_ = runtime::kept<LensTable>(device, key_of(camera, along_axis, axes.turn), [&] {
+    table_ = runtime::kept<LensTable>(device, lens_key(camera, along_axis, axes.turn), [&] {
         const lens::Patches patches = lens::patches_of(lens, camera.width, camera.height, along_axis);
         return std::make_shared<const LensTable>(
             LensTable{runtime::table(device, Element::u32, patches.tiles),

@@ -5,6 +5,8 @@
 
 #include <fathom/image.hpp>
 
+#include <array>
+#include <cstdint>
 #include <memory>
 
 namespace fathom {
@@ -21,6 +23,19 @@ struct LensTable {
         return 4 * (static_cast<std::size_t>(tiles.count) + static_cast<std::size_t>(nodes.count));
     }
 };
+
+/// All that the rays of a camera's lens depend on: what is made of them is kept by it.
+struct LensKey {
+    std::array<std::uint64_t, 7> numbers;
+    std::array<std::uint64_t, 13> coefficients; ///< how many, and they
+    std::array<std::uint64_t, 9> turn;
+    std::uint64_t map; ///< where it lies, which whoever keeps something must keep too
+};
+
+LensKey lens_key(const Camera& camera, bool along_axis, const Eigen::Matrix3d& turn = Eigen::Matrix3d::Identity());
+
+/// Must rays be exact in their part along the view axis?
+bool needs_part_along_axis(const Camera& camera);
 
 /// The axes of a result: from the camera's view space, and back again, and the camera centre in them.
 struct LensAxes {

@@ -124,14 +124,6 @@ namespace {
 // Rows whose windows share lines, on a CPU: with 16 a 1080p image takes 2 % less time, and half as many threads find work.
 constexpr int rows_of_a_work_item = 8;
 
-// Through a lens that of the number that is stored; a distance is up to the square root of three times one along a cube's axis.
-InverseDepthError error_of(const Camera& camera, Storage storage) {
-    InverseDepthError error = inverse_depth_error(straightened(camera), storage);
-    if (camera.lens && counted_along(camera) == Along::cube)
-        error.quadratic *= std::numbers::sqrt3_v<float>;
-    return error;
-}
-
 } // namespace
 
 NormalMethod chosen_method(const NormalsOptions& options, const Tile& tile) {
@@ -172,7 +164,7 @@ void normals(const StoredDepth& stored, const Image& result, const NormalsOption
                                                      {"ROWS", rows}});
     runtime::Kernel& kernel = runtime::kernel(device, "normals", defines);
     params::normal_params parameters =
-        normal_parameters(target ? &*target : nullptr, error_of(camera, stored.storage), options);
+        normal_parameters(target ? &*target : nullptr, stored_error(camera, stored.storage), options);
     over_inverse_depth(stored, Background::nan, reach(stored, options).rows, "normals", result,
                        [&](const Image& depth, const Image& made, const params::grid_params& grid) {
                            parameters.rows = to_u32(made.height());

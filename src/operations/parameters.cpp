@@ -2,6 +2,7 @@
 
 #include "operations/parameters.hpp"
 
+#include "camera/form.hpp"
 #include "require.hpp"
 #include "text.hpp"
 
@@ -11,6 +12,7 @@
 #include <bit>
 #include <cmath>
 #include <limits>
+#include <numbers>
 #include <stdexcept>
 
 namespace fathom {
@@ -142,6 +144,14 @@ params::depth_params depth_parameters(const DepthForm& form, Storage storage, Ba
     p.byte_weights[1] = 1u << 8;
     p.byte_weights[2] = first_is_highest ? 1u : 1u << 16;
     return p;
+}
+
+// A distance is up to the square root of three times one along a cube's axis.
+InverseDepthError stored_error(const Camera& camera, Storage storage) {
+    InverseDepthError error = inverse_depth_error(straightened(camera), storage);
+    if (camera.lens && counted_along(camera) == Along::cube)
+        error.quadratic *= std::numbers::sqrt3_v<float>;
+    return error;
 }
 
 bool is_coarse(const Tile& tile) {

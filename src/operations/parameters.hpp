@@ -1,5 +1,6 @@
 #pragma once
 
+#include "camera/inverse_depth_error.hpp"
 #include "description/result.hpp"
 #include "params.h"
 #include "runtime/launch.hpp"
@@ -30,6 +31,9 @@ params::depth_params depth_parameters(const DepthForm& form, Storage storage, Ba
 
 /// Is depth stored in steps so large that slopes have to be fitted to more pixels?
 bool is_coarse(const Tile& tile);
+
+/// The error of inverse depth that storing it caused; through a lens that of the inverse of the number that is stored.
+InverseDepthError stored_error(const Camera& camera, Storage storage);
 
 /// Constants of the rays.
 params::ray_params ray_parameters(const Rays& rays, Arithmetic arithmetic);

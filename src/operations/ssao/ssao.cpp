@@ -8,6 +8,7 @@
 #include "operations/parameters.hpp"
 #include "operations/ssao/pixel_lattice.hpp"
 #include "operations/ssao/ssao_call.hpp"
+#include "operations/ssao/ssao_faces.hpp"
 #include "operations/ssao/ssao_plan.hpp"
 #include "require.hpp"
 #include "runtime/launched.hpp"
@@ -30,6 +31,8 @@ void check_size(const Image& image, const StoredDepth& stored, const char* what)
 constexpr long double rays_rounding = 1e-6L;
 
 bool same_rays(const StoredDepth& a, const StoredDepth& b) {
+    if (a.camera.lens || b.camera.lens)
+        return same_lens(a.camera, b.camera) && a.x == b.x && a.y == b.y;
     const CentreRays first = centre_rays(camera_rays(a.camera)), second = centre_rays(camera_rays(b.camera));
     const auto same = [](const auto& one, const auto& other) {
         return (one - other).norm() <= rays_rounding * one.norm();
@@ -75,6 +78,9 @@ void check(const StoredDepth& stored, double radius, const SsaoOptions& options)
     if (const auto* sampling = std::get_if<Sampling>(&options.sampling))
         check_sampling(stored, *sampling);
     check_thickness(stored, options);
+    require(
+        !stored.camera.lens || options.border == Border::open,
+        "border clamp repeats pixels along straight lines, and the camera has a lens, which bends them; leave it out");
     if (options.normals) {
         check_size(options.normals, stored, "normals");
         require(options.normals.channels() == 3 || options.normals.channels() == 4,
@@ -110,19 +116,12 @@ void check_results(const StoredDepth& stored, const Occlusion& given, const Ssao
 
 } // namespace
 
-void ssao(const StoredDepth& stored, const Occlusion& results, double radius, const SsaoOptions& options,
-          const Launch& launch) {
-    check(stored, radius, options);
-    if (std::holds_alternative<MaxError>(options.sampling))
-        return ssao(stored, results, radius, chosen(stored, options), launch);
-    check_results(stored, results, options);
-    const std::vector<Wanted> all_wanted = wanted(options, results);
-    const Device& device = stored.image.device();
+void occlude_in_bands(const StoredDepth& stored, double radius, const SsaoOptions& options,
+                      const std::vector<Wanted>& results, const std::optional<InverseDepthError>& error) {
     const Region region = region_of(stored, options);
     const int width = stored.image.width();
-    const runtime::Launched launched(device, launch);
     const SsaoPlan plan = ssao_plan(stored, radius, options);
-    Workspace workspace{runtime::Scratch(device), plan.bytes, stored, {}};
+    Workspace workspace{runtime::Scratch(stored.image.device()), plan.bytes, stored, error, {}};
     const std::size_t elements = plane_bytes(stored, options, most_read(plan.bands)) / sizeof(float);
     for (Image& plane : workspace.planes)
         plane = workspace.scratch.image(Element::f32, {static_cast<int>(elements), 1});
@@ -136,11 +135,25 @@ void ssao(const StoredDepth& stored, const Occlusion& results, double radius, co
             here.normals = options.normals.region(rows.x, rows.y, rows.width, rows.height);
         if (const auto* back = thickness_as<StoredDepth>(options))
             here.thickness = part_of(*back, rows);
-        std::vector<Wanted> wanted_here = all_wanted;
+        std::vector<Wanted> wanted_here = results;
         for (Wanted& result : wanted_here)
             result.image = result.image.region(0, band.begin - region.y, region.width, band.end - band.begin);
         occlude(workspace, part_of(stored, rows), radius, here, wanted_here);
     }
+}
+
+void ssao(const StoredDepth& stored, const Occlusion& results, double radius, const SsaoOptions& options,
+          const Launch& launch) {
+    check(stored, radius, options);
+    if (std::holds_alternative<MaxError>(options.sampling))
+        return ssao(stored, results, radius, chosen(stored, options), launch);
+    check_results(stored, results, options);
+    const std::vector<Wanted> all_wanted = wanted(options, results);
+    const runtime::Launched launched(stored.image.device(), launch);
+    if (stored.camera.lens)
+        occlude_through_lens(stored, radius, options, all_wanted);
+    else
+        occlude_in_bands(stored, radius, options, all_wanted);
     launched.done();
 }
 

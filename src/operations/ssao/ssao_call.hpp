@@ -8,6 +8,7 @@
 
 #include <array>
 #include <memory>
+#include <optional>
 #include <vector>
 
 namespace fathom {
@@ -40,7 +41,8 @@ struct DeviceSlices {
 struct Workspace {
     runtime::Scratch scratch;
     PassBytes bytes;
-    const StoredDepth& whole;    ///< whose sides the tables are made for
+    const StoredDepth& whole;               ///< whose sides the tables are made for
+    std::optional<InverseDepthError> error; ///< of the depth, if it is not that of its storage
     std::array<Image, 3> planes; ///< fronts, backs and slopes, in turn of all pixels and of those at half resolution
 };
 
@@ -115,5 +117,9 @@ void add_up(Call& call, const Planes& planes, const std::vector<Wanted>& results
 /// The passes over a depth image, or over a band of one.
 void occlude(Workspace& workspace, const StoredDepth& stored, double radius, const SsaoOptions& options,
              const std::vector<Wanted>& results);
+
+/// The same in bands, as the device's budget asks. `error`: of inverse depth, if it is not that of the storage.
+void occlude_in_bands(const StoredDepth& stored, double radius, const SsaoOptions& options,
+                      const std::vector<Wanted>& results, const std::optional<InverseDepthError>& error = {});
 
 } // namespace fathom

@@ -6,6 +6,7 @@
 #include "description/ssao.hpp"
 #include "operations/cheapest.hpp"
 #include "operations/parameters.hpp"
+#include "operations/ssao/ssao_faces.hpp"
 #include "operations/ssao/ssao_reach.hpp"
 #include "require.hpp"
 
@@ -137,6 +138,10 @@ SsaoPlan ssao_plan(const StoredDepth& stored, double radius, const SsaoOptions& 
 
 Reach reach(const Tile& tile, double radius, const SsaoOptions& options, double nearest) {
     description::Check{}("radius", radius, description::ssao_radius);
+    if (tile.camera.lens) { // a radius at a pole covers whole rows
+        static_cast<void>(settled(tile, options));
+        return {tile.camera.width, tile.camera.height};
+    }
     const CentreRays rays = centre_rays(camera_rays(tile.camera));
     return reach_in(tile.camera, rays, reach_of(tile, radius, settled(tile, options)),
                     rays.perspective ? inverse_depth_of(tile.camera, rays, nearest) : 1);
@@ -144,6 +149,8 @@ Reach reach(const Tile& tile, double radius, const SsaoOptions& options, double 
 
 Reach reach(const StoredDepth& stored, double radius, const SsaoOptions& options) {
     check_stored(stored);
+    if (stored.camera.lens)
+        return reach(static_cast<const Tile&>(Tile(stored)), radius, options, 0);
     description::Check{}("radius", radius, description::ssao_radius);
     const CentreRays rays = centre_rays(camera_rays(stored.camera));
     return reach_in(stored.camera, rays, reach_of(stored, radius, settled(stored, options)),
@@ -151,6 +158,8 @@ Reach reach(const StoredDepth& stored, double radius, const SsaoOptions& options
 }
 
 std::size_t bytes(const Tile& tile, const SsaoOptions& options) {
+    if (tile.camera.lens)
+        return bytes_through_lens(tile, settled(tile, options));
     return bytes_between(tile, settled(tile, options), tile.pixels.height, pass_bytes);
 }
 

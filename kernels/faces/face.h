@@ -1,0 +1,31 @@
+// A pinhole's pixels on the tangent planes of a lens's image.
+
+#ifndef FATHOM_FACE_H
+#define FATHOM_FACE_H
+
+#include "vector.h"
+
+// Of the inverse distance that a plane may change by from its pixel to where a face looks: what changes more is no plane.
+#define MOST_CHANGE 0.25f
+
+// A tangent plane on a face: its inverse depth on the axis, and what a pixel to the right and one down add. And the inverse
+// distance of the pixel that it belongs to.
+typedef struct {
+    floatV on_axis, right, down, q;
+} face_planeV;
+
+INLINE face_planeV face_plane(const face_params* p, floatV x, floatV y, floatV z, floatV q) {
+#define FACE_PART(of) fma(x, (floatV)of[0], fma(y, (floatV)of[1], z * of[2]))
+    return (face_planeV){FACE_PART(p->ahead), FACE_PART(p->right), FACE_PART(p->down), q};
+#undef FACE_PART
+}
+
+// Inverse depth at (x, y), pixels from the axis: that of the plane, or of the pixel's distance.
+INLINE floatV on_face(const face_params* p, const face_planeV* plane, floatV x, floatV y) {
+    const floatV found = fma(x, plane->right, fma(y, plane->down, plane->on_axis));
+    const floatV aside = fma(x, x, y * y) * (p->pixel * p->pixel);
+    const floatV own = plane->q * sqrt(1.0f + aside);
+    return select(own, found, fabs(found - own) <= MOST_CHANGE * own);
+}
+
+#endif

@@ -1,0 +1,102 @@
+// From a pinhole's result back to the pixels of the lens's image: of the four pixels around a ray, weighted bilinearly and by how
+// near they lie to the pixel's tangent plane, as joint_upsample.cl does.
+// Built for: LENS = 1; OUTPUT = 0 1 2
+
+#include "camera/patch.h"
+#include "faces/face.h"
+
+#ifndef OUTPUT
+#error "OUTPUT is not defined: 0 visibility, 1 confidence, 2 bent normal"
+#endif
+#if OUTPUT == 2
+#define CHANNELS 3
+#else
+#define CHANNELS 1
+#endif
+
+// Weight of a result from another surface, as in joint_upsample.cl.
+#define NEAREST 1e-4f
+
+KERNEL void from_face(__global const float* planes, __global const float* depth, __global const float* results,
+                      __global float* target, const grid_params grid, const face_params p,
+                      const from_face_params from LENS_ARGUMENTS) {
+    const uint x = first_column(grid.x_begin, grid.x_end), y = (uint)get_global_id(1) + grid.y_begin;
+    if (x >= grid.x_end)
+        return;
+    const patch_rayV ray = patch_rays(tiles, nodes, &lens, grid.pixel_x + x, grid.pixel_y + y);
+    const floatV u[3] = {ray.x.high + ray.x.low, ray.y.high + ray.y.low, ray.z.high + ray.z.low};
+    floatV part[3]; // right, down, ahead
+    for (int i = 0; i < 3; ++i)
+        part[i] = fma(u[0], (floatV)from.unit[0][i], fma(u[1], (floatV)from.unit[1][i], u[2] * from.unit[2][i]));
+    const floatV scale = 1.0f / (part[2] * p.pixel);
+    // Pixels of the face, from the middle of its first one.
+    const floatV column = clamp(part[0] * scale - p.first[0], (floatV)(float)from.first_column, (floatV)(float)from.last_column);
+    const floatV row = clamp(part[1] * scale - p.first[1], (floatV)(float)from.first_row, (floatV)(float)from.last_row);
+    const floatV left = min(floor(column), (floatV)(float)(from.last_column - 1)),
+                 top = min(floor(row), (floatV)(float)(from.last_row - 1));
+    const floatV s = column - left, t = row - top;
+
+    float lanes[4][V], seen[4][V], values[4][CHANNELS][V];
+    const float_lanes lefts = left, tops = top;
+    for (int i = 0; i < V; ++i) {
+        const float4 plane = ((__global const float4*)planes)[(size_t)y * p.plane_stride + x + i];
+        lanes[0][i] = plane.x;
+        lanes[1][i] = plane.y;
+        lanes[2][i] = plane.z;
+        lanes[3][i] = plane.w;
+        const float here = ((const float*)&lefts)[i], above = ((const float*)&tops)[i];
+        const bool there = here >= 0.0f && above >= 0.0f; // not where there is no ray
+        const int a = there ? (int)here : from.first_column, b = there ? (int)above : from.first_row;
+        for (int k = 0; k < 4; ++k) {
+            const int at_x = a + (k & 1), at_y = b + (k >> 1);
+            seen[k][i] = depth[(size_t)at_y * p.stride + at_x];
+            for (int c = 0; c < CHANNELS; ++c)
+                values[k][c][i] = results[(size_t)(at_y - from.first_row) * from.stride +
+                                          CHANNELS * (at_x - from.first_column) + c];
+        }
+    }
+    const face_planeV plane =
+        face_plane(&p, *(const float_lanes*)lanes[0], *(const float_lanes*)lanes[1], *(const float_lanes*)lanes[2],
+                   *(const float_lanes*)lanes[3]);
+    const floatV face_x = left + p.first[0], face_y = top + p.first[1];
+#if OUTPUT != 2
+    floatV whole = 0.0f;
+#endif
+    floatV sum[CHANNELS];
+    for (int c = 0; c < CHANNELS; ++c)
+        sum[c] = 0.0f;
+    const floatV steep = fma(plane.right, plane.right, plane.down * plane.down);
+    for (int k = 0; k < 4; ++k) {
+        const floatV bilinear = (k & 1 ? s : 1.0f - s) * (k >> 1 ? t : 1.0f - t);
+        const floatV expected = on_face(&p, &plane, face_x + (float)(k & 1), face_y + (float)(k >> 1));
+        const floatV q = *(const float_lanes*)seen[k], size = expected * p.pixel;
+        const floatV edge = fma((floatV)from.edge, sqrt(fma(size, size, steep)), from.error * expected);
+        const floatV off = fabs(expected - q);
+        const floatV weight = bilinear * max(1.0f - off / edge, 0.0f) + NEAREST * (bilinear + NEAREST) * edge / (edge + off);
+        const intV counts = (off < INFINITY) & (q > 0.0f);
+#if OUTPUT != 2
+        whole += select((floatV)0.0f, weight, counts);
+#endif
+        for (int c = 0; c < CHANNELS; ++c)
+            sum[c] += select((floatV)0.0f, weight * *(const float_lanes*)values[k][c], counts);
+    }
+    const intV known = !isnan(plane.q), surface = plane.q > 0.0f;
+    __global float* const to = target + grid.target_offset + (size_t)(y - from.y) * grid.target_stride + CHANNELS * (x - from.x);
+#if OUTPUT == 2
+    floatV turned[3];
+    for (int i = 0; i < 3; ++i)
+        turned[i] = fma(sum[0], (floatV)from.unit[i][0], fma(sum[1], (floatV)from.unit[i][1], sum[2] * from.unit[i][2]));
+    const floatV length = sqrt(fma(turned[0], turned[0], fma(turned[1], turned[1], turned[2] * turned[2])));
+    for (int c = 0; c < 3; ++c) {
+        const floatV one = select((floatV)0.0f, turned[c] / length, surface & (length > 0.0f));
+        const float_lanes value = select((floatV)NAN, one, known);
+        for (int i = 0; i < V; ++i)
+            to[3 * i + c] = ((const float*)&value)[i];
+    }
+#else
+    const floatV mean = min(max(sum[0] / whole, 0.0f), 1.0f);
+    const floatV unknown = OUTPUT == 0 ? 1.0f : 0.0f;
+    const floatV found = select((floatV)1.0f, select(unknown, mean, whole > 0.0f), surface);
+    store_float(select((floatV)NAN, found, known), to);
+#endif
+}

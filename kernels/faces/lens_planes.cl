@@ -1,0 +1,112 @@
+// Tangent planes of what a lens sees: m with 1/distance = m.u on the plane, u the unit ray, and the pixel's own 1/distance as a
+// fourth number. Objects a pixel or two wide face the camera, as in ssao_planes.cl.
+// Built for: LENS = 1; PERSPECTIVE = 1; GIVEN = 0 1; ALONG = 0 1 2
+
+#include "normals/bent.h"
+#include "normals/slope.h"
+
+#ifndef GIVEN
+#error "GIVEN is not defined: 1 where the planes are those of given normals, 0 where they come from the depth"
+#endif
+
+#if !GIVEN
+// The slope of a row or a column through the pixel whose inverse depth is `q`.
+INLINE floatV slope_of(const floatV* nearby, floatV q, floatV step, floatV tolerance) {
+    return unless_thin(slope(nearby[0], nearby[1], q, nearby[2], nearby[3], tolerance), nearby, q, step, tolerance);
+}
+
+INLINE void row_of(const window* w, int dy, const bend* b, floatV* nearby) {
+    for (int i = 0; i < 4; ++i) {
+        const int dx = i < 2 ? i - 2 : i - 1;
+        nearby[i] = fma((floatV)((float)(dx * dx * dx) / -6.0f), b->xxx, fma((floatV)(-0.5f * (float)(dx * dx)), b->xx, surface_only(neighbour(w, dx, dy))));
+    }
+}
+INLINE void column_of(const window* w, int dx, const bend* b, floatV* nearby) {
+    for (int i = 0; i < 4; ++i) {
+        const int dy = i < 2 ? i - 2 : i - 1;
+        nearby[i] = fma((floatV)((float)(dy * dy * dy) / -6.0f), b->yyy, fma((floatV)(-0.5f * (float)(dy * dy)), b->yy, surface_only(neighbour(w, dx, dy))));
+    }
+}
+#endif
+
+KERNEL void lens_planes(__global const float* depth, __global const float* normals, __global float* target,
+                        const grid_params grid, const lens_plane_params p LENS_ARGUMENTS) {
+    const uint x = first_column(grid.x_begin, grid.x_end), y = get_global_id(1);
+    if (x >= grid.x_end || y >= grid.height)
+        return;
+    const window w = window_at(depth, &grid, (int)x, (int)y);
+    const floatV q = neighbour(&w, 0, 0);
+    bent_ray ray;
+    bent_rays(tiles, nodes, &lens, grid.pixel_x + x, grid.pixel_y + y, &ray);
+    vectorV m;
+#if GIVEN
+    float lanes[3][V];
+    for (int i = 0; i < V; ++i)
+        for (int c = 0; c < 3; ++c)
+            lanes[c][i] = normals[((size_t)y * p.stride + x + i) * p.given + c];
+    m = (vectorV){*(const float_lanes*)lanes[0], *(const float_lanes*)lanes[1], *(const float_lanes*)lanes[2]};
+    const floatV along = fma(m.x, ray.x.u, fma(m.y, ray.y.u, m.z * ray.z.u));
+    m = scaled(m, q / along);
+#else
+    const floatV size = fabs(q);
+#if ALONG == ALONG_AXIS // whose error is that of 1/z
+    const floatV unit = ray.ahead, stored = size / unit;
+#else
+    const floatV unit = (floatV)1.0f, stored = size;
+#endif
+    const floatV error = unit * fma(fma((floatV)p.error_quadratic, stored, (floatV)p.error_linear), stored,
+                                    (floatV)p.error_constant);
+    const floatV tolerance = 4.0f * error;
+    const floatV step = fma(q * q, (floatV)(THIN * p.radius), tolerance);
+    bend b = no_bend();
+    floatV across[4], along[4];
+    row_of(&w, 0, &b, across);
+    column_of(&w, 0, &b, along);
+    floatV right = slope_of(across, q, step, tolerance), down = slope_of(along, q, step, tolerance);
+    // A difference of both sides cancels how a plane bends, and one of one side does not.
+    const intV has_left = isfinite(across[1]), has_right = isfinite(across[2]), has_above = isfinite(along[1]),
+               has_below = isfinite(along[2]);
+    const intV bends = (q > 0.0f) & !(has_left & has_right & has_above & has_below);
+    if (any_of(bends)) {
+        // Without a neighbour in the row, the slope is that of a row beside it.
+        const intV alone_in_row = !has_left & !has_right, alone_in_column = !has_above & !has_below;
+        for (int pass = 0; pass < 2; ++pass) {
+            for (int aside = -1; aside <= 1; aside += 2) {
+                floatV beside[4];
+                const floatV in_column = surface_only(neighbour(&w, 0, aside)), in_row = surface_only(neighbour(&w, aside, 0));
+                row_of(&w, aside, &b, beside);
+                const intV by_row = alone_in_row & isfinite(in_column) & (isfinite(beside[1]) | isfinite(beside[2]));
+                right = select(right, slope_of(beside, in_column, step, tolerance), by_row);
+                column_of(&w, aside, &b, beside);
+                const intV by_column = alone_in_column & isfinite(in_row) & (isfinite(beside[1]) | isfinite(beside[2]));
+                down = select(down, slope_of(beside, in_row, step, tolerance), by_column);
+            }
+            if (pass == 1)
+                break;
+            bent_ray whole;
+            bent_rays(tiles, nodes, &lens, grid.pixel_x + x, grid.pixel_y + y, &whole);
+            b = bend_of(&whole, q, right, down);
+            row_of(&w, 0, &b, across);
+            column_of(&w, 0, &b, along);
+            right = select(right, slope_of(across, q, step, tolerance), bends);
+            down = select(down, slope_of(along, q, step, tolerance), bends);
+        }
+    }
+    m = plane_of(&ray, q, right, down);
+#endif
+    // Through the pixel itself, and not a few roundings beside it; without a plane straight across the ray.
+    const floatV rest = q - fma(m.x, ray.x.u, fma(m.y, ray.y.u, m.z * ray.z.u));
+    const intV is_plane = fabs(rest) <= 1e-3f * fabs(q);
+    const floatV correction = select(q, rest, is_plane), none = (floatV)0.0f;
+    m.x = fma(correction, ray.x.u, select(none, m.x, is_plane));
+    m.y = fma(correction, ray.y.u, select(none, m.y, is_plane));
+    m.z = fma(correction, ray.z.u, select(none, m.z, is_plane));
+    float lanes_of[4][V];
+    *(float_lanes*)lanes_of[0] = m.x;
+    *(float_lanes*)lanes_of[1] = m.y;
+    *(float_lanes*)lanes_of[2] = m.z;
+    *(float_lanes*)lanes_of[3] = q;
+    __global float4* const to = (__global float4*)target + (size_t)y * p.stride + x;
+    for (int i = 0; i < V; ++i)
+        to[i] = (float4)(lanes_of[0][i], lanes_of[1][i], lanes_of[2][i], lanes_of[3][i]);
+}

@@ -1,0 +1,116 @@
+// A lens's image onto a pinhole's: each pixel takes the tangent plane of the pixel of the lens that it looks at, and its inverse
+// depth there. So planes stay planes, and nothing is mixed across edges.
+// Built for: ONTO = 0 1 2 3
+
+#include "faces/face.h"
+
+typedef intV __attribute__((aligned(4))) int_lanes;
+
+#ifndef ONTO
+#error "ONTO is not defined: 0 inverse depth, 1 a number of each pixel, 2 a second layer's inverse depth, 3 a direction"
+#endif
+
+// The pixels of the depth that are seen at these positions of the camera's image: their numbers, or -1.
+INLINE intV seen_at(floatV x, floatV y, const face_params* p) {
+    const floatV border = (floatV)(1.0f / 64.0f); // what roundings may lie beyond the last pixel
+    const floatV right = (floatV)(float)p->camera_columns;
+    intV inside = (y >= -border) & (y < (float)p->camera_rows + border);
+    intV column = convert_intV(floor(clamp(x, (floatV)-1e8f, (floatV)1e8f)));
+    const intV row = clamp(convert_intV(floor(clamp(y, (floatV)-1e8f, (floatV)1e8f))), (intV)0, (intV)((int)p->camera_rows - 1));
+    if (p->turn > 0) {
+        inside &= fabs(x) < 1e8f;
+        column += select((intV)0, (intV)(int)p->turn, column < 0);
+        column -= select((intV)0, (intV)(int)p->turn, column >= (int)p->turn);
+    } else {
+        inside &= (x >= -border) & (x < right + border);
+        column = clamp(column, (intV)0, (intV)((int)p->camera_columns - 1));
+    }
+    column -= (intV)(int)p->left;
+    const intV in_row = row - (intV)(int)p->top;
+    inside &= (column >= 0) & (in_row >= 0) & (column < (int)p->width) & (in_row < (int)p->height);
+    return select((intV)-1, in_row * (int)p->plane_stride + column, inside);
+}
+
+// Between the nodes of a tile: from left to right, then down.
+#define BETWEEN(here, to_right, below, opposite, s, t)                                                                 \
+    fma(t, fma(s, opposite - below, below) - fma(s, to_right - here, here), fma(s, to_right - here, here))
+
+KERNEL void onto_face(__global const uint* tiles, __global const float* nodes, __global const float* planes,
+                      __global const float* given, __global float* target, const face_params p,
+                      const onto_face_params onto) {
+    const uint x = (uint)get_global_id(0) * V, y = (uint)get_global_id(1), last = 15;
+    if (x >= p.columns)
+        return;
+    const uint tile = tiles[(y >> 4) * p.tiles + (x >> 4)];
+    const uint shift = tile & 7, stride = shift == 0 ? 16 : (16u >> shift) + 1;
+    __global const float2* const row = (__global const float2*)nodes + (tile >> 3) + ((y & last) >> shift) * stride;
+    const uint inside = x & last, mask = (1u << shift) - 1;
+    const float unit = as_float((127 - shift) << 23), t = (float)(y & mask) * unit;
+    floatV at_x, at_y;
+    if ((1u << shift) >= V && shift > 0) { // all in one cell
+        __global const float2* const node = row + (inside >> shift);
+        const floatV s = convert_floatV((uintV)(inside & mask) + LANE_INDEX(uint)) * unit;
+        const float2 here = node[0], to_right = node[1], below = node[stride], opposite = node[stride + 1];
+        at_x = BETWEEN((floatV)here.x, (floatV)to_right.x, (floatV)below.x, (floatV)opposite.x, s, (floatV)t);
+        at_y = BETWEEN((floatV)here.y, (floatV)to_right.y, (floatV)below.y, (floatV)opposite.y, s, (floatV)t);
+    } else {
+        float places[2][V];
+        for (uint i = 0; i < V; ++i) {
+            __global const float2* const node = row + ((inside + i) >> shift);
+            float2 at = node[0];
+            if (shift > 0) {
+                const float2 s = (float2)((float)((inside + i) & mask) * unit);
+                at = BETWEEN(at, node[1], node[stride], node[stride + 1], s, (float2)(t));
+            }
+            places[0][i] = at.x;
+            places[1][i] = at.y;
+        }
+        at_x = *(const float_lanes*)places[0];
+        at_y = *(const float_lanes*)places[1];
+    }
+    const intV seen = seen_at(at_x, at_y, &p);
+    const int_lanes numbers = seen;
+    int at[V];
+    for (int i = 0; i < V; ++i)
+        at[i] = ((const int*)&numbers)[i];
+    float lanes[4][V];
+    for (uint i = 0; i < V; ++i) {
+        const float4 plane = at[i] < 0 ? (float4)(NAN) : ((__global const float4*)planes)[at[i]];
+        lanes[0][i] = plane.x;
+        lanes[1][i] = plane.y;
+        lanes[2][i] = plane.z;
+        lanes[3][i] = plane.w;
+    }
+    __global float* const to = target + onto.target_offset + (size_t)y * p.stride;
+#if ONTO == 0 || ONTO == 2
+    const face_planeV plane =
+        face_plane(&p, *(const float_lanes*)lanes[0], *(const float_lanes*)lanes[1], *(const float_lanes*)lanes[2],
+                   *(const float_lanes*)lanes[3]);
+    const floatV column = convert_floatV((intV)(int)x + LANE_INDEX(int)) + p.first[0], here = (float)y + p.first[1];
+    floatV q = on_face(&p, &plane, column, here);
+#endif
+#if ONTO == 2
+    float other[V];
+    for (int i = 0; i < V; ++i)
+        other[i] = at[i] < 0 ? NAN : given[onto.offset + (size_t)(at[i] / (int)p.plane_stride) * onto.stride + at[i] % (int)p.plane_stride];
+    q *= *(const float_lanes*)other / plane.q;
+#endif
+#if ONTO == 0 || ONTO == 2
+    store_float(q, to + x);
+#else
+    for (int i = 0; i < V; ++i) {
+        const size_t from = at[i] < 0 ? 0
+                                      : onto.offset + (size_t)(at[i] / (int)p.plane_stride) * onto.stride +
+                                            (size_t)(at[i] % (int)p.plane_stride) * onto.channels;
+#if ONTO == 1
+        to[x + i] = at[i] < 0 ? 0.0f : given[from];
+#else
+        for (int c = 0; c < 3; ++c)
+            to[3 * (x + i) + c] = at[i] < 0
+                                      ? 0.0f
+                                      : fma(onto.turn[c][0], given[from],
+                                            fma(onto.turn[c][1], given[from + 1], onto.turn[c][2] * given[from + 2]));
+#endif
+    }
+#endif
+}

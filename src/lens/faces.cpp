@@ -1,0 +1,376 @@
+// A lens's image in blocks, each seen by a pinhole along the ray in its middle. A block is halved until that pinhole has few more
+// pixels than the block and looks at nothing from far aside. So a distorted pinhole has one face, and a panorama 24.
+
+#include "lens/faces.hpp"
+
+#include "lens/patches.hpp"
+
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <optional>
+#include <tuple>
+#include <utility>
+
+namespace fathom::lens {
+namespace {
+
+using Vector = Eigen::Vector3d;
+
+constexpr int unit = 16;              // pixels that blocks and parts of faces are multiples of
+constexpr double steepest = 50;       // degrees from a face's axis to the rays of its block
+constexpr double outermost = 75;      // degrees to the end of a face's image
+constexpr double most_pixels = 1.4;   // of a face, over those of its block that have rays
+constexpr int places = 64;            // in a row and a column of a block that are looked at
+constexpr int around = 4;             // pixels around a block's rays in the face: of the interpolation and the filter
+constexpr double nearest_pixel = 0.2; // that a position may be off, in pixels of the face
+
+double radians(double degrees) {
+    return degrees * std::numbers::pi / 180;
+}
+
+struct Seen {
+    Face face;
+    double angle = 0;  // from the face's axis to the farthest ray
+    double rays = 0;   // the share of the block's pixels that have one
+    bool ahead = true; // do all lie before the face?
+};
+
+// Rays of a block of pixels, in rows, those on its border among them.
+class BlockRays {
+public:
+    BlockRays(const CameraLens& lens, const PixelBox& block) {
+        const auto steps = [](int pixels) { return std::clamp(pixels - 1, 1, places); };
+        const int across = steps(block.width()), down = steps(block.height());
+        for (int j = 0; j <= down; ++j)
+            for (int i = 0; i <= across; ++i) {
+                const auto at = [](int first, int pixels, int step, int count) {
+                    return first + 0.5 + std::round(1.0 * (pixels - 1) * step / count);
+                };
+                ++asked_;
+                if (const auto ray = lens.direction(at(block.left, block.width(), i, across),
+                                                    at(block.top, block.height(), j, down)))
+                    rays_.push_back(*ray);
+            }
+    }
+
+    const std::vector<Vector>& all() const { return rays_; }
+    double share() const { return static_cast<double>(rays_.size()) / asked_; }
+
+private:
+    std::vector<Vector> rays_;
+    int asked_ = 0;
+};
+
+// The ray in the block's middle with its derivatives, or that nearest to the mean of its rays.
+std::optional<RayJets> middle_of(const CameraLens& lens, const PixelBox& block, const BlockRays& rays) {
+    Vector mean = Vector::Zero();
+    for (const Vector& ray : rays.all())
+        mean += ray;
+    const double x = 0.5 * (block.left + block.right), y = 0.5 * (block.top + block.bottom);
+    if (const auto middle = lens.ray(x, y))
+        return middle;
+    std::optional<RayJets> best;
+    double most = -1;
+    constexpr int steps = 16;
+    for (int j = 0; j < steps; ++j)
+        for (int i = 0; i < steps; ++i)
+            if (const auto ray = lens.ray(block.left + (i + 0.5) * block.width() / steps,
+                                          block.top + (j + 0.5) * block.height() / steps)) {
+                const double near = mean.dot(Vector((*ray)[0].value, (*ray)[1].value, (*ray)[2].value));
+                if (near > most) {
+                    most = near;
+                    best = ray;
+                }
+            }
+    return best;
+}
+
+Seen seen_by_face(const CameraLens& lens, const PixelBox& block, bool along_axis) {
+    const BlockRays rays(lens, block);
+    Seen seen;
+    seen.rays = rays.share();
+    Face& face = seen.face;
+    face.block = block;
+    const auto middle = middle_of(lens, block, rays);
+    if (!middle) { // no pixel of the block has a ray
+        face.turn.setIdentity();
+        face.focal = 1;
+        face.half = unit;
+        face.inner = {unit - 1, unit - 1, unit + 1, unit + 1};
+        face.least = face.most = 1;
+        return seen;
+    }
+    const auto part = [&](auto which) { return Vector((*middle)[0].*which, (*middle)[1].*which, (*middle)[2].*which); };
+    const Vector ahead = part(&Jet::value).normalized(), by_x = part(&Jet::x), by_y = part(&Jet::y);
+    const Vector right = (by_x - ahead.dot(by_x) * ahead).normalized();
+    Vector down = ahead.cross(right);
+    if (down.dot(by_y) < 0)
+        down = -down;
+    face.turn << right.transpose(), down.transpose(), ahead.transpose();
+    face.focal = 1 / std::max(by_x.norm(), by_y.norm());
+    constexpr double infinite = std::numeric_limits<double>::infinity();
+    double left = infinite, top = infinite, most_right = -infinite, bottom = -infinite;
+    face.least = infinite;
+    face.most = 0;
+    for (const Vector& ray : rays.all()) {
+        const Vector at = face.turn * ray;
+        seen.angle = std::max(seen.angle, std::acos(std::clamp(at.z(), -1.0, 1.0)));
+        seen.ahead &= at.z() > 0.05;
+        if (!(at.z() > 0.05))
+            continue;
+        left = std::min(left, at.x() / at.z());
+        most_right = std::max(most_right, at.x() / at.z());
+        top = std::min(top, at.y() / at.z());
+        bottom = std::max(bottom, at.y() / at.z());
+        const double length = (along_axis ? std::max(lens.ahead(ray), least_ahead()) : 1) / at.z();
+        face.least = std::min(face.least, length);
+        face.most = std::max(face.most, length);
+    }
+    const double farthest = std::max({-left, most_right, -top, bottom, std::tan(radians(outermost))});
+    face.half = (static_cast<int>(std::ceil(farthest * face.focal)) / unit + 2) * unit;
+    const auto column = [&](double tangent) { return static_cast<int>(std::floor(face.half + tangent * face.focal)); };
+    face.inner = {std::max(column(left) - around, 0), std::max(column(top) - around, 0),
+                  std::min(column(most_right) + around + 1, 2 * face.half),
+                  std::min(column(bottom) + around + 1, 2 * face.half)};
+    return seen;
+}
+
+void add_faces(std::vector<Face>& faces, const CameraLens& lens, const PixelBox& block, bool along_axis) {
+    const Seen seen = seen_by_face(lens, block, along_axis);
+    const Face& face = seen.face;
+    const double pixels = 1.0 * face.inner.width() * face.inner.height(),
+                 its_own = seen.rays * block.width() * block.height();
+    const bool small = block.width() <= 2 * unit && block.height() <= 2 * unit;
+    if (small || seen.rays == 0 ||
+        (seen.ahead && seen.angle <= radians(steepest) && pixels <= most_pixels * its_own + 64 * 64)) {
+        faces.push_back(face);
+        return;
+    }
+    // Across the longer of its sides, in radians.
+    const auto length = [&](bool across) {
+        const double x = 0.5 * (block.left + block.right), y = 0.5 * (block.top + block.bottom);
+        double sum = 0;
+        Vector last = Vector::Zero();
+        for (int i = 0; i <= places; ++i) {
+            const double part = 1.0 * i / places;
+            const auto ray = across ? lens.direction(block.left + 0.5 + part * (block.width() - 1), y)
+                                    : lens.direction(x, block.top + 0.5 + part * (block.height() - 1));
+            if (!ray)
+                continue;
+            if (!last.isZero(0))
+                sum += (*ray - last).norm();
+            last = *ray;
+        }
+        return sum;
+    };
+    const auto half_of = [](int pixels) { return (pixels / 2 + unit / 2) / unit * unit; };
+    const bool wide = block.height() <= 2 * unit || (block.width() > 2 * unit && length(true) >= length(false));
+    PixelBox first = block, second = block;
+    if (wide)
+        first.right = second.left = block.left + half_of(block.width());
+    else
+        first.bottom = second.top = block.top + half_of(block.height());
+    add_faces(faces, lens, first, along_axis);
+    add_faces(faces, lens, second, along_axis);
+}
+
+} // namespace
+
+std::vector<Face> faces_of(const CameraLens& lens, int width, int height, bool along_axis) {
+    std::vector<Face> faces;
+    add_faces(faces, lens, {0, 0, width, height}, along_axis);
+    return faces;
+}
+
+PixelBox with_margin(const Face& face, double sine) {
+    // In steps, so that the frames of a sequence share what is made for a part.
+    constexpr double steps = 48;
+    sine = std::ceil(sine * steps) / steps;
+    // Of a direction with the tangents (a, b), the planes through the other axis that touch the sphere around it stand
+    // asin(sine / cos) from its own, cos = sqrt((1 + a^2) / (1 + a^2 + b^2)).
+    constexpr int beyond = 20; // pixels: slopes, samples between pixels, the filter and what is interpolated
+    const auto tangent = [&](int pixel) { return (pixel - face.half) / face.focal; };
+    const double left = tangent(face.inner.left), right = tangent(face.inner.right), top = tangent(face.inner.top),
+                 bottom = tangent(face.inner.bottom);
+    const auto end = [&](double a, double b) { // a > 0 outwards
+        const double cosine = std::sqrt((1 + a * a) / (1 + a * a + b * b)), part = sine / cosine;
+        const double angle = std::atan(a) + (part < 1 ? std::asin(part) : std::numbers::pi / 2);
+        return std::tan(std::max(std::min(angle, radians(outermost)), std::atan(a)));
+    };
+    const double aside = std::max(std::abs(left), std::abs(right)), above = std::max(std::abs(top), std::abs(bottom));
+    const auto down_to = [](double pixel) { return static_cast<int>(std::floor(pixel / unit)) * unit; };
+    const int size = 2 * face.half;
+    const auto first = [&](double tangents) {
+        return std::clamp(down_to(face.half - tangents * face.focal - beyond), 0, size);
+    };
+    const auto last = [&](double tangents) {
+        return std::clamp(-down_to(-(face.half + tangents * face.focal + beyond)), 0, size);
+    };
+    return {first(end(-left, above)), first(end(-top, aside)), last(end(right, above)), last(end(bottom, aside))};
+}
+
+namespace {
+
+using Position = std::optional<Eigen::Vector2d>;
+
+// Pixel positions of directions. A map of rays has no law that gives them: the nearest ray is found from the last one on.
+class Finder {
+public:
+    Finder(const CameraLens& lens, int width, int height) : lens_(lens), width_(width), height_(height) {}
+
+    Position at(const Vector& direction) {
+        return lens_.law() == LensLaw::rays ? in_map(direction) : lens_.pixel(direction);
+    }
+
+private:
+    double nearness(int x, int y, const Vector& direction) const {
+        if (x < 0 || y < 0 || x >= width_ || y >= height_)
+            return -2;
+        const auto ray = lens_.direction(x + 0.5, y + 0.5);
+        return ray ? ray->dot(direction) : -2;
+    }
+
+    // From one pixel to the best of eight around it, as long as there is a better one, by ever smaller steps.
+    std::pair<int, int> climb(int x, int y, const Vector& direction, double& most) const {
+        most = nearness(x, y, direction);
+        for (int step = 64; step > 0;) {
+            int best_x = x, best_y = y;
+            for (const int j : {-step, 0, step})
+                for (const int i : {-step, 0, step})
+                    if (const double near = nearness(x + i, y + j, direction); near > most) {
+                        most = near;
+                        best_x = x + i;
+                        best_y = y + j;
+                    }
+            if (best_x == x && best_y == y)
+                step /= 2;
+            x = best_x;
+            y = best_y;
+        }
+        return {x, y};
+    }
+
+    Position in_map(const Vector& direction) {
+        double most = -2;
+        auto [x, y] = climb(x_, y_, direction, most);
+        if (!(most > 0.9)) // the last one may lie where the map has no rays
+            for (int j = 0; j < 8; ++j)
+                for (int i = 0; i < 8; ++i) {
+                    double near = -2;
+                    const auto found = climb((2 * i + 1) * width_ / 16, (2 * j + 1) * height_ / 16, direction, near);
+                    if (near > most) {
+                        most = near;
+                        std::tie(x, y) = found;
+                    }
+                }
+        if (!(most > 0))
+            return std::nullopt;
+        x_ = x;
+        y_ = y;
+        const auto here = lens_.ray(x + 0.5, y + 0.5);
+        if (!here)
+            return std::nullopt;
+        Eigen::Matrix<double, 3, 2> slopes;
+        Vector off;
+        for (int c = 0; c < 3; ++c) {
+            const Jet& jet = (*here)[static_cast<std::size_t>(c)];
+            slopes.row(c) << jet.x, jet.y;
+            off[c] = direction[c] - jet.value;
+        }
+        const Eigen::Vector2d step = (slopes.transpose() * slopes).inverse() * slopes.transpose() * off;
+        if (!(step.cwiseAbs().maxCoeff() <= 1)) // beyond the map's border
+            return std::nullopt;
+        return Eigen::Vector2d(x + 0.5, y + 0.5) + step;
+    }
+
+    const CameraLens& lens_;
+    int width_, height_;
+    int x_ = width_ / 2, y_ = height_ / 2;
+};
+
+} // namespace
+
+FacePositions positions_of(const CameraLens& lens, int width, int height, const Face& face, const PixelBox& part) {
+    Finder finder(lens, width, height);
+    FacePositions positions{part.width() / unit, {}, {0, 0}};
+    const auto direction = [&](double x, double y) { // of the middle of a pixel of the part
+        return Vector(face.turn.transpose() * Vector((part.left + x + 0.5 - face.half) / face.focal,
+                                                     (part.top + y + 0.5 - face.half) / face.focal, 1))
+            .normalized();
+    };
+    const double turn = lens.turn();
+    const auto unwrapped = [&](const Position& at, const Position& beside) -> Position {
+        if (!at || !beside || turn == 0)
+            return at;
+        return Eigen::Vector2d(at->x() + turn * std::round((beside->x() - at->x()) / turn), at->y());
+    };
+    // The corners of all tiles.
+    const int across = part.width() / unit + 1, down = part.height() / unit + 1;
+    std::vector<Position> corners;
+    for (int j = 0; j < down; ++j)
+        for (int i = 0; i < across; ++i)
+            corners.push_back(finder.at(direction(i * unit, j * unit)));
+    std::vector<Position> nodes;
+    const auto fits = [&](int left, int top, int shift) {
+        const int h = 1 << shift, count = (unit >> shift) + 1;
+        nodes.clear();
+        for (int j = 0; j < count; ++j)
+            for (int i = 0; i < count; ++i) {
+                const Position at = i * h % unit == 0 && j * h % unit == 0
+                                        ? corners[static_cast<std::size_t>((top / unit + j * h / unit) * across +
+                                                                           left / unit + i * h / unit)]
+                                        : finder.at(direction(left + i * h, top + j * h));
+                if (!at)
+                    return false;
+                nodes.push_back(unwrapped(at, nodes.empty() ? at : nodes.front()));
+            }
+        for (int j = 0; j + 1 < count; ++j)
+            for (int i = 0; i + 1 < count; ++i) {
+                const auto node = [&](int a, int b) {
+                    return *nodes[static_cast<std::size_t>((j + b) * count + i + a)];
+                };
+                const Eigen::Vector2d middle = (node(0, 0) + node(1, 0) + node(0, 1) + node(1, 1)) / 4;
+                const auto ray = lens.direction(middle.x(), middle.y());
+                const Vector truth = direction(left + (i + 0.5) * h, top + (j + 0.5) * h);
+                if (!ray || !((*ray - truth).norm() * face.focal <= nearest_pixel))
+                    return false;
+            }
+        return true;
+    };
+    constexpr double finest = 256; // parts of a pixel, so that hosts whose sines differ in their last bits agree
+    const auto add = [&](const Position& at) {
+        constexpr float none = std::numeric_limits<float>::quiet_NaN();
+        positions.nodes.push_back(at ? static_cast<float>(std::round(at->x() * finest) / finest) : none);
+        positions.nodes.push_back(at ? static_cast<float>(std::round(at->y() * finest) / finest) : none);
+    };
+    int shift = tile_shift;
+    for (int top = 0; top < part.height(); top += unit)
+        for (int left = 0; left < part.width(); left += unit) {
+            const std::size_t corner = static_cast<std::size_t>(top / unit * across + left / unit);
+            const auto there = [&](std::size_t i) { return corners[i].has_value(); };
+            const auto size = static_cast<std::size_t>(across);
+            const bool none =
+                !there(corner) && !there(corner + 1) && !there(corner + size) && !there(corner + size + 1);
+            shift = std::min(shift + 1, tile_shift);
+            while (shift > 0 && !fits(left, top, shift))
+                --shift;
+            const auto first = static_cast<std::uint32_t>(positions.nodes.size() / 2);
+            positions.tiles.push_back(first << 3 | static_cast<std::uint32_t>(shift));
+            if (shift > 0) {
+                for (const Position& at : nodes)
+                    add(at);
+                continue;
+            }
+            for (int j = 0; j < unit; ++j)
+                for (int i = 0; i < unit; ++i)
+                    add(none ? Position() : finder.at(direction(left + i, top + j)));
+        }
+    return positions;
+}
+
+} // namespace fathom::lens

@@ -1,0 +1,48 @@
+#pragma once
+
+#include "lens/camera_lens.hpp"
+
+#include <cstdint>
+#include <vector>
+
+namespace fathom::lens {
+
+/// Pixels [left, right) x [top, bottom).
+struct PixelBox {
+    int left, top, right, bottom;
+
+    int width() const { return right - left; }
+    int height() const { return bottom - top; }
+};
+
+/// A pinhole that sees a block of a lens's image, as dense as the lens in the block's middle. Its image has the view axis in its
+/// middle, and more pixels than a call looks at.
+struct Face {
+    PixelBox block;       ///< of the lens's image
+    Eigen::Matrix3d turn; ///< rows: right, down and ahead of the face in the axes of view space
+    double focal;         ///< pixels
+    int half;             ///< pixels from the image's middle to its border
+    PixelBox inner;       ///< of the face's image: where the block's rays meet it, with what interpolation needs
+    double least, most;   ///< what a step ahead of the face is long along the block's rays, in what depth counts along
+};
+
+/// Blocks that hold all pixels of the image, each with its face: one where a pinhole has about as many pixels as the image.
+/// `along_axis`: does depth count along the view axis?
+std::vector<Face> faces_of(const CameraLens& lens, int width, int height, bool along_axis);
+
+/// The part of a face's image that lies within a margin around what the block covers. The margin is the angle that a sphere covers
+/// whose radius is `sine` times its distance, and at most where the face ends.
+PixelBox with_margin(const Face& face, double sine);
+
+/// Which pixel position of the lens's image each pixel of a part of a face sees: tiles of 16 x 16 pixels with nodes every h pixels,
+/// between which they are bilinear. NaN where the lens sees nothing.
+struct FacePositions {
+    int tiles_across;
+    std::vector<std::uint32_t> tiles; ///< by rows: 8 times the first node, and h = 1 << the lowest three bits
+    std::vector<float> nodes;         ///< x, y
+};
+
+/// The sides of `part` are multiples of 16 pixels.
+FacePositions positions_of(const CameraLens& lens, int width, int height, const Face& face, const PixelBox& part);
+
+} // namespace fathom::lens

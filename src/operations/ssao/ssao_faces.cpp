@@ -1,0 +1,412 @@
+// Occlusion through a lens. A slice is the plane through a pixel's ray and a direction across it, which is a straight line in a
+// pinhole's image and a curve in a lens's. So the image is cut into blocks, each of which a pinhole sees with a margin around it:
+// its face. Depth goes onto faces along tangent planes, the kernels for pinholes run there, and results come back.
+
+#include "operations/ssao/ssao_faces.hpp"
+
+#include "camera/form.hpp"
+#include "lens/faces.hpp"
+#include "operations/inverse_depth.hpp"
+#include "operations/lens_table.hpp"
+#include "operations/parameters.hpp"
+#include "operations/ssao/ssao_parameters.hpp"
+#include "runtime/kept.hpp"
+
+#include <fathom/normals.hpp>
+#include <fathom/tiles.hpp>
+
+#include <Eigen/LU>
+
+#include <algorithm>
+#include <cmath>
+
+namespace fathom {
+namespace {
+
+using lens::Face;
+using lens::PixelBox;
+
+// Roundings of a face's inverse depth, in units of 2^-24 of it, besides the depth's own error: of the plane through a pixel, and
+// of the place where the face looks.
+constexpr float plane_roundings = 16 * 0x1p-24f;
+
+struct LensFaces {
+    static constexpr const char* name = "faces";
+
+    std::vector<Face> all;
+    std::shared_ptr<const RayMap> map;
+
+    std::size_t bytes() const { return all.size() * sizeof(Face); }
+};
+
+std::shared_ptr<const LensFaces> faces_for(const Device& device, const Camera& camera) {
+    const bool along_axis = counted_along(camera) == Along::axis;
+    return runtime::kept<LensFaces>(device, lens_key(camera, along_axis), [&] {
+        return std::make_shared<const LensFaces>(LensFaces{
+            lens::faces_of(lens::CameraLens(camera), camera.width, camera.height, along_axis), camera.lens->map});
+    });
+}
+
+struct PositionTable {
+    static constexpr const char* name = "positions";
+
+    runtime::Table tiles, nodes;
+    int tiles_across;
+    std::shared_ptr<const RayMap> map;
+
+    std::size_t bytes() const {
+        return 4 * (static_cast<std::size_t>(tiles.count) + static_cast<std::size_t>(nodes.count));
+    }
+};
+
+struct PositionKey {
+    LensKey lens;
+    std::array<std::int32_t, 8> part; // which block, and which part of its face
+};
+
+std::shared_ptr<const PositionTable> positions_for(const Device& device, const Camera& camera, const Face& face,
+                                                   const PixelBox& part) {
+    const bool along_axis = counted_along(camera) == Along::axis;
+    const PositionKey key{lens_key(camera, along_axis),
+                          {face.block.left, face.block.top, face.block.right, face.block.bottom, part.left, part.top,
+                           part.right, part.bottom}};
+    return runtime::kept<PositionTable>(device, key, [&] {
+        const lens::FacePositions made =
+            lens::positions_of(lens::CameraLens(camera), camera.width, camera.height, face, part);
+        return std::make_shared<const PositionTable>(PositionTable{runtime::table(device, Element::u32, made.tiles),
+                                                                   runtime::table(device, Element::f32, made.nodes),
+                                                                   made.tiles_across, camera.lens->map});
+    });
+}
+
+// The sine of the angle that a sphere covers which decides on a pixel of this inverse distance.
+double sine_of(double radius, const SsaoOptions& options, double nearest) {
+    const double length = std::min(radius, longest_length) * (has_silhouettes(options) ? 1 + silhouette_most : 1);
+    return length * std::max(nearest, 0.0);
+}
+
+// A face in one call: the part of its image that is looked at.
+struct FaceCall {
+    const Face& face;
+    PixelBox part;
+
+    Layout layout(int channels = 1) const { return {part.width(), part.height(), channels}; }
+
+    Camera camera() const {
+        const double middle = face.half;
+        Camera camera;
+        camera.width = camera.height = 2 * face.half;
+        camera.projection = perspective(Intrinsics{face.focal, face.focal, middle, middle, camera.width, camera.height},
+                                        {1, 2}, {.view_axes = ViewAxes::opencv});
+        camera.encoding = Encoding::inverse;
+        return camera;
+    }
+
+    StoredDepth stored(const Image& depth) const { return {depth, camera(), Storage::float32, part.left, part.top}; }
+    Tile tile() const { return {camera(), Storage::float32, {part.left, part.top, part.width(), part.height()}}; }
+};
+
+// Bytes besides inputs and results: what is made of the whole depth, and on one face.
+std::size_t bytes_of_planes(int width, int height) {
+    return Image::allocation(Element::f32, {width, height, 4}) + inverse_depth_bytes(width, height) +
+           std::size_t{4} * static_cast<std::size_t>(height) * sizeof(float);
+}
+
+SsaoOptions face_options(const SsaoOptions& options) {
+    SsaoOptions on_face = options;
+    on_face.normals = {};
+    on_face.normals_space = Space::view;
+    on_face.region.reset();
+    if (thickness_as<Image>(options) || thickness_as<StoredDepth>(options))
+        on_face.thickness.reset();
+    return on_face;
+}
+
+std::size_t bytes_of_face(const FaceCall& call, const SsaoOptions& options, bool with_normals) {
+    const auto image = [&](int channels) { return Image::allocation(Element::f32, call.layout(channels)); };
+    std::size_t sum = image(1) + bytes(call.tile(), face_options(options)) + image(1);
+    if (with_normals)
+        sum += image(3);
+    if (thickness_as<Image>(options) || thickness_as<StoredDepth>(options))
+        sum += 2 * image(1);
+    if (options.confidence)
+        sum += image(1);
+    if (options.bent_normal)
+        sum += image(3);
+    return sum;
+}
+
+} // namespace
+
+bool same_lens(const Camera& a, const Camera& b) {
+    if (!a.lens || !b.lens || a.width != b.width || a.height != b.height)
+        return false;
+    const LensKey one = lens_key(a, false), other = lens_key(b, false);
+    return one.numbers == other.numbers && one.coefficients == other.coefficients && one.map == other.map;
+}
+
+namespace {
+
+class ThroughLens {
+public:
+    ThroughLens(const StoredDepth& stored, double radius, const SsaoOptions& options)
+        : stored_(stored), radius_(radius), options_(options), device_(stored.image.device()), scratch_(device_),
+          lens_(device_, stored.camera), faces_(faces_for(device_, stored.camera)),
+          fitted_(fits_normals(stored, options)) {}
+
+    void run(const std::vector<Wanted>& results) {
+        const Region region = region_of(stored_, options_);
+        // In the camera's image.
+        const PixelBox wanted{stored_.x + region.x, stored_.y + region.y, stored_.x + region.x + region.width,
+                              stored_.y + region.y + region.height};
+        std::vector<const Face*> needed;
+        for (const Face& face : faces_->all)
+            if (!is_empty(common(face.block, wanted)))
+                needed.push_back(&face);
+        const Image depth = inverse_depth(scratch_, stored_);
+        const std::vector<float> nearest = nearest_in_blocks(depth, needed);
+        std::vector<FaceCall> calls;
+        for (std::size_t i = 0; i < needed.size(); ++i)
+            calls.push_back({*needed[i], lens::with_margin(*needed[i], sine_of(radius_, options_, nearest[i]))});
+        require_budget(calls);
+        make_planes(depth);
+        for (const FaceCall& call : calls)
+            run(call, common(call.face.block, wanted), wanted, results);
+    }
+
+private:
+    static PixelBox common(const PixelBox& a, const PixelBox& b) {
+        return {std::max(a.left, b.left), std::max(a.top, b.top), std::min(a.right, b.right),
+                std::min(a.bottom, b.bottom)};
+    }
+    static bool is_empty(const PixelBox& box) { return box.width() <= 0 || box.height() <= 0; }
+
+    PixelBox in_image() const {
+        return {stored_.x, stored_.y, stored_.x + stored_.image.width(), stored_.y + stored_.image.height()};
+    }
+
+    // Inverse distance of the nearest surface of each block.
+    std::vector<float> nearest_in_blocks(const Image& depth, const std::vector<const Face*>& needed) {
+        const int height = stored_.image.height();
+        const Image nearest = scratch_.image(Element::f32, {height, static_cast<int>(needed.size())});
+        runtime::Kernel& kernel =
+            runtime::kernel(device_, "nearest_rows", {{"V", device_.options().vector_width}, {"STREAM", 0}});
+        for (std::size_t i = 0; i < needed.size(); ++i) {
+            const PixelBox block = common(needed[i]->block, in_image());
+            const int x = block.left - stored_.x, y = block.top - stored_.y;
+            params::grid_params grid{};
+            grid.source_offset = depth.offset() + static_cast<std::size_t>(y) * depth.row_stride() + to_u32(x);
+            grid.source_stride = to_u32(depth.row_stride());
+            grid.x_end = to_u32(block.width());
+            grid.height = to_u32(block.height());
+            grid.y_begin = to_u32(i * nearest.row_stride());
+            runtime::launch(device_, kernel, {static_cast<std::size_t>(block.height()), 1}, depth, nearest, grid);
+        }
+        std::vector<float> rows(needed.size() * static_cast<std::size_t>(height));
+        nearest.download(rows.data());
+        std::vector<float> found;
+        for (std::size_t i = 0; i < needed.size(); ++i) {
+            const auto first = rows.begin() + static_cast<std::ptrdiff_t>(i) * height;
+            found.push_back(*std::max_element(first, first + common(needed[i]->block, in_image()).height()));
+        }
+        return found;
+    }
+
+    void require_budget(const std::vector<FaceCall>& calls) const {
+        std::size_t most = 0;
+        for (const FaceCall& call : calls)
+            most = std::max(most, bytes_of_face(call, options_, has_normals()));
+        const std::size_t needed = bytes_of_planes(stored_.image.width(), stored_.image.height()) + most,
+                          budget = budget_of(device_);
+        if (needed > budget)
+            refuse_budget(
+                text("ssao of ", ImageSize{stored_.image.width(), stored_.image.height()}, " pixels through a lens"),
+                needed, budget);
+    }
+
+    bool has_normals() const { return options_.normals || fitted_; }
+
+    void make_planes(const Image& depth) {
+        const int width = stored_.image.width(), height = stored_.image.height();
+        planes_ = scratch_.image(Element::f32, {width, height, 4});
+        normals_ = options_.normals;
+        if (fitted_) {
+            normals_ = scratch_.image(Element::f32, {width, height, 4});
+            normals(
+                stored_, normals_,
+                {.method = NormalMethod::least_squares, .channels = 4, .tolerance = std::max(options_.tolerance, 1.0)});
+        }
+        const InverseDepthError error = stored_error(stored_.camera, stored_.storage);
+        const auto times = static_cast<float>(options_.tolerance);
+        const params::lens_plane_params parameters{.radius = static_cast<float>(std::min(radius_, longest_length)),
+                                                   .error_constant = error.constant * times,
+                                                   .error_linear = error.linear * times,
+                                                   .error_quadratic = error.quadratic * times,
+                                                   .stride = to_u32(planes_.row_stride() / 4),
+                                                   .given = fitted_ ? 4u : 0u};
+        const int vector_width = vector_width_for(device_, width);
+        params::grid_params grid =
+            grid_parameters({depth, stored_.camera, Storage::float32, stored_.x, stored_.y}, planes_, 0, width);
+        lens_.launch(device_,
+                     runtime::kernel(
+                         device_, "lens_planes",
+                         lens_.with_lens({{"V", vector_width}, {"STREAM", 0}, {"PERSPECTIVE", 1}, {"GIVEN", fitted_}})),
+                     range_of(width, height, vector_width), depth, fitted_ ? normals_ : depth, planes_, grid,
+                     parameters);
+        if (const auto* back = thickness_as<StoredDepth>(options_))
+            back_ = inverse_depth(scratch_, *back);
+    }
+
+    params::face_params parameters_of(const FaceCall& call, const Image& depth, int tiles) const {
+        params::face_params p{};
+        for (int i = 0; i < 3; ++i) {
+            p.right[i] = static_cast<float>(call.face.turn(0, i) / call.face.focal);
+            p.down[i] = static_cast<float>(call.face.turn(1, i) / call.face.focal);
+            p.ahead[i] = static_cast<float>(call.face.turn(2, i));
+        }
+        p.first[0] = static_cast<float>(call.part.left + 0.5 - call.face.half);
+        p.first[1] = static_cast<float>(call.part.top + 0.5 - call.face.half);
+        p.pixel = static_cast<float>(1 / call.face.focal);
+        p.columns = to_u32(call.part.width());
+        p.rows = to_u32(call.part.height());
+        p.stride = to_u32(depth.row_stride());
+        p.tiles = to_u32(tiles);
+        const lens::CameraLens lens(stored_.camera);
+        p.turn = std::abs(lens.turn() - stored_.camera.width) < 1e-3 ? to_u32(stored_.camera.width) : 0;
+        p.camera_columns = to_u32(stored_.camera.width);
+        p.camera_rows = to_u32(stored_.camera.height);
+        p.left = to_u32(stored_.x);
+        p.top = to_u32(stored_.y);
+        p.width = to_u32(stored_.image.width());
+        p.height = to_u32(stored_.image.height());
+        p.plane_stride = to_u32(planes_.row_stride() / 4);
+        return p;
+    }
+
+    // ONTO of kernels/faces/onto_face.cl
+    enum class Onto { depth, number, back, direction };
+
+    void onto_face(const FaceCall& call, const PositionTable& table, Onto what, const Image& given, const Image& target,
+                   const Eigen::Matrix3d& turn) {
+        const params::face_params p = parameters_of(call, target, table.tiles_across);
+        params::onto_face_params onto{.offset = given.offset(),
+                                      .target_offset = target.offset(),
+                                      .stride = to_u32(given.row_stride()),
+                                      .channels = to_u32(given.channels()),
+                                      .turn = {}};
+        for (int i = 0; i < 3; ++i)
+            for (int j = 0; j < 3; ++j)
+                onto.turn[i][j] = static_cast<float>(turn(i, j));
+        const int vector_width = device_.options().vector_width;
+        runtime::launch(device_,
+                        runtime::kernel(device_, "onto_face",
+                                        {{"V", vector_width}, {"STREAM", 0}, {"ONTO", static_cast<int>(what)}}),
+                        range_of(call.part.width(), call.part.height(), vector_width), table.tiles.on(device_),
+                        table.nodes.on(device_), planes_, given, target, p, onto);
+    }
+
+    void from_face(const FaceCall& call, const PixelBox& block, const Region& computed, const Image& depth,
+                   const Wanted& found, const Wanted& result, const PixelBox& wanted, const InverseDepthError& error) {
+        const params::face_params p = parameters_of(call, depth, 0);
+        params::from_face_params from{.unit = {},
+                                      .error = 4 * error.linear,
+                                      .edge = 0.5f,
+                                      .first_column = computed.x,
+                                      .first_row = computed.y,
+                                      .last_column = computed.x + computed.width - 1,
+                                      .last_row = computed.y + computed.height - 1,
+                                      .stride = to_u32(found.image.row_stride()),
+                                      .x = to_u32(wanted.left - stored_.x),
+                                      .y = to_u32(wanted.top - stored_.y)};
+        for (int i = 0; i < 3; ++i)
+            for (int j = 0; j < 3; ++j)
+                from.unit[i][j] = static_cast<float>(call.face.turn(j, i));
+        const int vector_width = vector_width_for(device_, block.width());
+        params::grid_params grid{};
+        grid.target_offset = result.image.offset();
+        grid.target_stride = to_u32(result.image.row_stride());
+        grid.x_begin = to_u32(block.left - stored_.x);
+        grid.x_end = to_u32(block.right - stored_.x);
+        grid.height = to_u32(block.height());
+        grid.pixel_x = to_u32(stored_.x);
+        grid.pixel_y = to_u32(stored_.y);
+        grid.y_begin = to_u32(block.top - stored_.y);
+        lens_.launch(
+            device_,
+            runtime::kernel(
+                device_, "from_face",
+                lens_.with_lens({{"V", vector_width}, {"STREAM", 0}, {"OUTPUT", static_cast<int>(result.output)}})),
+            range_of(block.width(), block.height(), vector_width), planes_, depth, found.image, result.image, grid, p,
+            from);
+    }
+
+    InverseDepthError error_on(const Face& face) const {
+        const InverseDepthError stored = stored_error(stored_.camera, stored_.storage);
+        return {stored.constant * static_cast<float>(face.most), stored.linear + plane_roundings,
+                stored.quadratic / static_cast<float>(face.least)};
+    }
+
+    void run(const FaceCall& call, const PixelBox& block, const PixelBox& wanted, const std::vector<Wanted>& results) {
+        const auto table = positions_for(device_, stored_.camera, call.face, call.part);
+        runtime::Scratch scratch(device_);
+        const Eigen::Matrix3d straight = Eigen::Matrix3d::Identity();
+        const Image depth = scratch.image(Element::f32, call.layout());
+        onto_face(call, *table, Onto::depth, depth, depth, straight);
+        SsaoOptions options = face_options(options_);
+        if (has_normals()) {
+            options.normals = scratch.image(Element::f32, call.layout(3));
+            Eigen::Matrix3d turn = call.face.turn;
+            if (options_.normals && options_.normals_space == Space::world)
+                turn *= stored_.camera.view->topLeftCorner<3, 3>().inverse().transpose();
+            onto_face(call, *table, Onto::direction, normals_, options.normals, turn);
+        }
+        if (const auto* map = thickness_as<Image>(options_)) {
+            const Image there = scratch.image(Element::f32, call.layout());
+            onto_face(call, *table, Onto::number, *map, there, straight);
+            options.thickness = there;
+        } else if (thickness_as<StoredDepth>(options_)) {
+            const Image there = scratch.image(Element::f32, call.layout());
+            onto_face(call, *table, Onto::back, back_, there, straight);
+            options.thickness = call.stored(there);
+        }
+        const PixelBox inner = call.face.inner;
+        const Region computed{inner.left - call.part.left, inner.top - call.part.top, inner.width(), inner.height()};
+        options.region = computed;
+        std::vector<Wanted> found;
+        for (const Wanted& result : results)
+            found.push_back({result.output, scratch.image(Element::f32, {computed.width, computed.height,
+                                                                         channels_of(result.output)})});
+        const InverseDepthError error = error_on(call.face);
+        occlude_in_bands(call.stored(depth), radius_, options, found, error);
+        for (std::size_t i = 0; i < results.size(); ++i)
+            from_face(call, block, computed, depth, found[i], results[i], wanted, error);
+    }
+
+    const StoredDepth& stored_;
+    double radius_;
+    const SsaoOptions& options_;
+    const Device& device_;
+    runtime::Scratch scratch_;
+    KernelLens lens_;
+    std::shared_ptr<const LensFaces> faces_;
+    bool fitted_;
+    Image planes_, normals_, back_;
+};
+
+} // namespace
+
+void occlude_through_lens(const StoredDepth& stored, double radius, const SsaoOptions& options,
+                          const std::vector<Wanted>& results) {
+    ThroughLens(stored, radius, options).run(results);
+}
+
+std::size_t bytes_through_lens(const Tile& tile, const SsaoOptions& options) {
+    const Camera& camera = tile.camera;
+    const bool along_axis = counted_along(camera) == Along::axis;
+    std::size_t most = 0;
+    for (const Face& face : lens::faces_of(lens::CameraLens(camera), camera.width, camera.height, along_axis))
+        most = std::max(most, bytes_of_face({face, lens::with_margin(face, 1)}, options, true));
+    return bytes_of_planes(tile.pixels.width, tile.pixels.height) + most;
+}
+
+} // namespace fathom

@@ -1,0 +1,404 @@
+// ssao through lenses, against rays into the scene, planes, and pinholes that look the same way. Rays of pixels are those of
+// PixelRays, which test_pixel_rays.cpp checks.
+
+#include "catch.hpp"
+#include "images.hpp"
+#include "lenses.hpp"
+#include "test_device.hpp"
+
+#include "scene/scene.hpp"
+
+#include <fathom/fathom.hpp>
+#include <fathom/pixel_rays.hpp>
+
+#include <Eigen/Geometry>
+
+#include <functional>
+#include <numbers>
+#include <random>
+
+using namespace fathom;
+using Eigen::Vector3d;
+
+namespace {
+
+// Of scenes: beside pinholes that look the same way with the same angle a pixel.
+constexpr double over_pinholes = 0.002;
+// Between a panorama and the same one turned.
+constexpr double turning = 0.01;
+
+const float no_depth = std::numeric_limits<float>::quiet_NaN();
+
+StoredDepth depth_of(const Device& device, const Camera& camera, const std::vector<float>& values) {
+    return {Image::from_host(device, Element::f32, values.data(), {camera.width, camera.height}), camera};
+}
+
+// Is there depth all around a pixel? Where a plane ends, pixels have too few neighbours on it.
+bool is_inside(const Camera& camera, const std::vector<float>& depth, int x, int y) {
+    constexpr int around = 4;
+    for (int j = std::max(y - around, 0); j <= std::min(y + around, camera.height - 1); ++j)
+        for (int i = std::max(x - around, 0); i <= std::min(x + around, camera.width - 1); ++i)
+            if (std::isnan(depth[static_cast<std::size_t>(j * camera.width + i)]))
+                return false;
+    return true;
+}
+
+// Near the rim of a whole circle, where an equisolid lens sees straight back and its rays turn without end.
+bool is_behind(const Camera& camera, const Vector3d& ray) {
+    return camera.lens->law == LensLaw::equisolid &&
+           forwards_of(camera) * ray.z() < std::cos(155 * std::numbers::pi / 180);
+}
+
+// From the axes of view space to those of the scenes, which are OpenGL's.
+Vector3d in_scene(const Camera& camera, const Vector3d& vector) {
+    const ViewAxes axes = camera.projection.convention.view_axes;
+    return {vector.x(), axes == ViewAxes::opencv ? -vector.y() : vector.y(),
+            axes == ViewAxes::opengl ? vector.z() : -vector.z()};
+}
+
+struct Point {
+    Vector3d position, normal;
+};
+
+// The fraction of a hemisphere's rays, weighted by the cosine, that meet nothing.
+double rays_into(const scene::Scene& scene, const Point& point, double radius) {
+    constexpr int rays = 300;
+    const Vector3d right = point.normal.unitOrthogonal(), down = point.normal.cross(right);
+    int open = 0;
+    for (int i = 0; i < rays; ++i) {
+        const double square = (i + 0.5) / rays, angle = 2 * std::numbers::pi * 0.6180339887498949 * i;
+        const double across = std::sqrt(square);
+        const Vector3d along =
+            across * (std::cos(angle) * right + std::sin(angle) * down) + std::sqrt(1 - square) * point.normal;
+        open += !scene::blocked(scene, point.position + 1e-6 * point.normal, along, radius);
+    }
+    return 1.0 * open / rays;
+}
+
+// What each pixel of a camera sees of a scene that is turned before it.
+struct Seen {
+    std::vector<float> depth;
+    std::vector<std::optional<Point>> points;
+};
+
+Seen seen_by(const scene::Scene& scene, const Camera& camera,
+             const Eigen::Matrix3d& turn = Eigen::Matrix3d::Identity()) {
+    Seen seen;
+    for (const PixelRay& ray : all_rays(camera)) {
+        const auto met = ray ? scene::met(scene, {{0, 0, 0}, turn * in_scene(camera, *ray), 1e-6, 1e6})
+                             : std::optional<scene::Met>();
+        const auto part = ray ? part_stored(camera, *ray) : std::nullopt;
+        seen.depth.push_back(!ray || !part ? no_depth
+                             : met         ? static_cast<float>(met->position.norm() * *part)
+                                           : std::numeric_limits<float>::infinity());
+        seen.points.push_back(met ? std::optional(Point{met->position, met->normal}) : std::nullopt);
+    }
+    return seen;
+}
+
+Camera panorama(int width) {
+    const double pixels = width / (2 * std::numbers::pi);
+    Camera camera;
+    camera.width = width;
+    camera.height = width / 2;
+    camera.encoding = Encoding::ray_distance;
+    camera.projection = perspective(1, 1, {1, 2}, {.view_axes = ViewAxes::opengl});
+    camera.lens = LensModel{LensLaw::equirectangular, pixels, pixels, width / 2.0, width / 4.0};
+    return camera;
+}
+
+// Root of the mean square error at every n-th pixel, weighted.
+struct Mean {
+    double sum = 0, weight = 0;
+
+    void add(double off, double weighs) {
+        sum += weighs * off * off;
+        weight += weighs;
+    }
+    double root() const { return std::sqrt(sum / weight); }
+};
+
+constexpr int apart = 9; // pixels between those that are compared
+
+double error_of_panorama(const Device& device, const scene::Scene& scene, int width, double radius,
+                         const SsaoOptions& options) {
+    const Camera camera = panorama(width);
+    const Seen seen = seen_by(scene, camera);
+    const std::vector<float> found =
+        images::floats(ssao(depth_of(device, camera, seen.depth), radius, options).visibility);
+    Mean mean;
+    for (int y = apart / 2; y < camera.height; y += apart)
+        for (int x = apart / 2; x < camera.width; x += apart) {
+            const auto i = static_cast<std::size_t>(y * camera.width + x);
+            if (seen.points[i])
+                mean.add(static_cast<double>(found[i]) - rays_into(scene, *seen.points[i], radius),
+                         std::sin((y + 0.5) / camera.height * std::numbers::pi));
+        }
+    return mean.root();
+}
+
+// The same of six faces of a cube that see 130 degrees, as dense in their middles.
+double error_of_faces(const Device& device, const scene::Scene& scene, int width, double radius,
+                      const SsaoOptions& options) {
+    const double focal = width / (2 * std::numbers::pi);
+    const int half = static_cast<int>(std::tan(65 * std::numbers::pi / 180) * focal), inner = static_cast<int>(focal);
+    Camera camera;
+    camera.width = camera.height = 2 * half;
+    camera.encoding = Encoding::ray_distance;
+    camera.projection = perspective(Intrinsics{focal, focal, 1.0 * half, 1.0 * half, 2 * half, 2 * half}, {1, 2},
+                                    {.view_axes = ViewAxes::opengl});
+    Mean mean;
+    for (const auto& [axis, angle] : {std::pair{Vector3d::UnitY(), 0.0},
+                                      {Vector3d::UnitY(), 90.0},
+                                      {Vector3d::UnitY(), 180.0},
+                                      {Vector3d::UnitY(), 270.0},
+                                      {Vector3d::UnitX(), 90.0},
+                                      {Vector3d::UnitX(), 270.0}}) {
+        const Eigen::Matrix3d turn = Eigen::AngleAxisd(angle * std::numbers::pi / 180, axis).toRotationMatrix();
+        const Seen seen = seen_by(scene, camera, turn);
+        const std::vector<float> found =
+            images::floats(ssao(depth_of(device, camera, seen.depth), radius, options).visibility);
+        for (int y = half - inner; y < half + inner; y += apart)
+            for (int x = half - inner; x < half + inner; x += apart) {
+                const auto i = static_cast<std::size_t>(y * camera.width + x);
+                const double aside = (x + 0.5 - half) / focal, above = (y + 0.5 - half) / focal;
+                if (seen.points[i])
+                    mean.add(static_cast<double>(found[i]) - rays_into(scene, *seen.points[i], radius),
+                             std::pow(1 + aside * aside + above * above, -1.5));
+            }
+    }
+    return mean.root();
+}
+
+} // namespace
+
+TEST_CASE("ssao lenses: planes are open through every lens", "[ssao][lens]") {
+    const Device device = test_device();
+    for (const auto& [name, plain] : lens_subjects()) {
+        const std::vector<PixelRay> rays = all_rays(plain);
+        const PixelScale scale = pixel_scale(plain);
+        for (const bool along_axis : {false, true}) {
+            Camera camera = plain;
+            camera.encoding = along_axis ? Encoding::view_z : Encoding::ray_distance;
+            double worst = 0;
+            long wrong = 0, beyond = 0, all = 0;
+            for (const Vector3d& towards : {Vector3d(0.3, -0.2, forwards_of(camera)),
+                                            Vector3d(0.1, -1, 0.2 * forwards_of(camera)), Vector3d(0.9, 0.3, -0.2)}) {
+                const Vector3d wall = towards.normalized();
+                std::vector<float> depth;
+                for (const PixelRay& ray : rays) {
+                    const auto part = ray ? part_stored(camera, *ray) : std::nullopt;
+                    const double across = ray ? wall.dot(*ray) : 0;
+                    depth.push_back(part && across > 0.1 ? static_cast<float>(2.5 / across * *part) : no_depth);
+                }
+                for (const Quality quality : {Quality::fast, Quality::balanced}) {
+                    const std::vector<float> found = images::floats(
+                        ssao(depth_of(device, camera, depth), 0.5, {.sampling = Sampling{.quality = quality}})
+                            .visibility);
+                    for (std::size_t i = 0; i < depth.size(); ++i) {
+                        wrong += std::isnan(depth[i]) != std::isnan(found[i]);
+                        const int x = static_cast<int>(i) % camera.width, y = static_cast<int>(i) / camera.width;
+                        if (std::isnan(found[i]) || !is_inside(camera, depth, x, y) ||
+                            !is_regular(camera, scale, rays, x, y) || is_behind(camera, *rays[i]))
+                            continue;
+                        worst = std::max(worst, std::abs(1 - static_cast<double>(found[i])));
+                        beyond += !(std::abs(1 - static_cast<double>(found[i])) <= ssao_plane_error);
+                        ++all;
+                    }
+                }
+            }
+            std::printf("planes through %-42s %-4s off %.5f at most, %ld of %ld beyond %.3f\n", name.c_str(),
+                        along_axis ? "axis" : "ray", worst, beyond, all, ssao_plane_error);
+            INFO(name << (along_axis ? ", view-z" : ", ray-distance"));
+            CHECK(wrong == 0);
+            CHECK(worst <= ssao_plane_error);
+        }
+    }
+}
+
+TEST_CASE("ssao lenses: a panorama is as exact as pinholes that look the same way", "[ssao][lens][slow]") {
+    const Device device = test_device();
+    constexpr int width = 1024;
+    for (const char* name : {"room", "corridor", "spheres"})
+        for (const double radius : {0.4, 1.5}) {
+            const SsaoOptions options{.sampling = Sampling{.quality = Quality::accurate}};
+            const double off = error_of_panorama(device, scene::named(name), width, radius, options),
+                         of_faces = error_of_faces(device, scene::named(name), width, radius, options);
+            std::printf("panorama of %-8s radius %.1f: rms error %.4f, of pinholes %.4f\n", name, radius, off,
+                        of_faces);
+            INFO(name << ", radius " << radius);
+            CHECK(off <= of_faces + over_pinholes);
+        }
+}
+
+TEST_CASE("ssao lenses: turning a panorama changes little", "[ssao][lens]") {
+    const Device device = test_device();
+    const Camera camera = panorama(1024);
+    const int columns = 37;
+    for (const char* name : {"room", "corridor"}) {
+        const scene::Scene scene = scene::named(name);
+        const Eigen::Matrix3d turn =
+            Eigen::AngleAxisd(-2 * std::numbers::pi * columns / camera.width, Vector3d::UnitY()).toRotationMatrix();
+        const Seen straight = seen_by(scene, camera), turned = seen_by(scene, camera, turn);
+        for (const double radius : {0.4, 1.5}) {
+            const auto visible = [&](const Seen& seen) {
+                return images::floats(ssao(depth_of(device, camera, seen.depth), radius,
+                                           {.sampling = Sampling{.quality = Quality::accurate}})
+                                          .visibility);
+            };
+            const std::vector<float> one = visible(straight), other = visible(turned);
+            Mean mean;
+            for (int y = 0; y < camera.height; ++y)
+                for (int x = 0; x < camera.width; ++x) {
+                    const auto here = static_cast<std::size_t>(y * camera.width + (x + columns) % camera.width),
+                               there = static_cast<std::size_t>(y * camera.width + x);
+                    if (std::abs(straight.depth[here] - turned.depth[there]) < 1e-4f)
+                        mean.add(static_cast<double>(one[here]) - static_cast<double>(other[there]),
+                                 std::sin((y + 0.5) / camera.height * std::numbers::pi));
+                }
+            std::printf("panorama of %-8s radius %.1f, turned by %d columns: %.4f rms\n", name, radius, columns,
+                        mean.root());
+            CHECK(mean.root() <= turning);
+        }
+    }
+}
+
+namespace {
+
+// What all options of a call give, of a room.
+struct Room {
+    Camera camera = panorama(256);
+    std::vector<float> depth, back, thickness;
+    std::vector<float> directions; // in the world
+
+    Room() {
+        camera.view = Eigen::Matrix4d::Identity();
+        camera.view->topLeftCorner<3, 3>() =
+            Eigen::AngleAxisd(0.7, Vector3d(1, 2, -0.5).normalized()).toRotationMatrix();
+        const Seen seen = seen_by(scene::room(), camera);
+        depth = seen.depth;
+        for (std::size_t i = 0; i < depth.size(); ++i) {
+            thickness.push_back(0.05f + 0.01f * static_cast<float>(i % 7));
+            back.push_back(depth[i] + thickness.back());
+            const Vector3d normal = camera.view->topLeftCorner<3, 3>().transpose() *
+                                    (seen.points[i] ? seen.points[i]->normal : Vector3d::Zero());
+            for (const double each : normal)
+                directions.push_back(static_cast<float>(each));
+        }
+    }
+
+    Layout layout(int channels = 1) const { return {camera.width, camera.height, channels}; }
+    StoredDepth stored(const Device& device) const { return depth_of(device, camera, depth); }
+};
+
+std::vector<std::vector<float>> results_of(const Occlusion& found) {
+    std::vector<std::vector<float>> all{images::floats(found.visibility)};
+    if (found.bent_normal)
+        all.push_back(images::floats(found.bent_normal));
+    if (found.confidence)
+        all.push_back(images::floats(found.confidence));
+    return all;
+}
+
+} // namespace
+
+TEST_CASE("ssao lenses: every vector width, group and region has the same bits", "[ssao][lens]") {
+    const Room room;
+    const SsaoOptions options{.bent_normal = true, .confidence = true};
+    const auto whole = results_of(ssao(room.stored(test_device()), 0.5, options));
+    for (const DeviceOptions& how : {DeviceOptions{.vector_width = 1},
+                                     {.vector_width = 4},
+                                     {.vector_width = 8},
+                                     {.vector_width = 16},
+                                     {.group_size = 1},
+                                     {.group_size = 64}}) {
+        const auto found = results_of(ssao(room.stored(test_device(how)), 0.5, options));
+        for (std::size_t i = 0; i < found.size(); ++i)
+            CHECK(images::same_bits(found[i], whole[i]));
+    }
+    SsaoOptions part = options;
+    part.region = Region{37, 21, 101, 63};
+    const auto found = results_of(ssao(room.stored(test_device()), 0.5, part));
+    for (std::size_t i = 0; i < found.size(); ++i) {
+        const std::size_t channels = i == 1 ? 3 : 1;
+        long different = 0;
+        for (int y = 0; y < 63; ++y)
+            for (int x = 0; x < 101; ++x)
+                for (std::size_t c = 0; c < channels; ++c)
+                    different += !images::same_bits(
+                        found[i][static_cast<std::size_t>(y * 101 + x) * channels + c],
+                        whole[i][static_cast<std::size_t>((y + 21) * room.camera.width + x + 37) * channels + c]);
+        CHECK(different == 0);
+    }
+}
+
+TEST_CASE("ssao lenses: thickness, a second layer and normals count through a lens", "[ssao][lens]") {
+    const Room room;
+    const Device device = test_device();
+    const auto visible = [&](const SsaoOptions& options) {
+        return images::floats(ssao(room.stored(device), 0.5, options).visibility);
+    };
+    const Image map = Image::from_host(device, Element::f32, room.thickness.data(), room.layout());
+    const std::vector<float> mapped = visible({.thickness = map}),
+                             backed = visible({.thickness = depth_of(device, room.camera, room.back)}),
+                             thin = visible({.thickness = 0.0}), plain = visible({}),
+                             silhouettes = visible({.thickness = Silhouette{}});
+    // A second layer along the rays is a thickness of each pixel.
+    CHECK(images::difference(mapped, backed).rmse < 1e-3);
+    CHECK(images::difference(mapped, thin).rmse > 0.005);
+    CHECK(images::difference(plain, silhouettes).rmse > 0.001);
+    // The scene's own normals, in the world.
+    const std::vector<float> given =
+        visible({.normals = Image::from_host(device, Element::f32, room.directions.data(), room.layout(3)),
+                 .normals_space = Space::world});
+    std::printf("normals that are given, and those from the depth: %.4f rms\n", images::difference(plain, given).rmse);
+    CHECK(images::difference(plain, given).rmse < 0.05);
+    // Coarse depth: planes are fitted.
+    std::vector<std::uint16_t> codes;
+    for (const float each : room.depth)
+        codes.push_back(static_cast<std::uint16_t>(std::lround(each * 1000)));
+    Camera millimetres = room.camera;
+    millimetres.scale = 0.001;
+    const std::vector<float> coarse = images::floats(
+        ssao({Image::from_host(device, Element::u16, codes.data(), room.layout()), millimetres, Storage::uint16}, 0.5)
+            .visibility);
+    std::printf("depth in millimetres: %.4f rms\n", images::difference(plain, coarse).rmse);
+    CHECK(images::difference(plain, coarse).rmse < 0.05);
+}
+
+TEST_CASE("ssao lenses: bent normals are the mean open directions in the camera's axes", "[ssao][lens]") {
+    // A floor alone is open all around, so they are its normal.
+    const Device device = test_device();
+    const Camera camera = panorama(256);
+    std::vector<float> depth;
+    for (const PixelRay& ray : all_rays(camera))
+        depth.push_back(ray->y() < -0.15 ? static_cast<float>(-1.5 / ray->y())
+                                         : std::numeric_limits<float>::infinity());
+    const Occlusion found = ssao(depth_of(device, camera, depth), 0.4, {.bent_normal = true});
+    const std::vector<float> bent = images::floats(found.bent_normal);
+    double sum = 0;
+    long count = 0;
+    for (std::size_t i = 0; i < depth.size(); ++i)
+        if (std::isfinite(depth[i])) {
+            sum += std::acos(std::min(1.0, static_cast<double>(bent[3 * i + 1])));
+            ++count;
+        }
+    const double mean = sum / static_cast<double>(count) * 180 / std::numbers::pi;
+    std::printf("bent normals of a floor: %.2f degrees on average\n", mean);
+    CHECK(mean < 1);
+}
+
+TEST_CASE("ssao lenses: what cannot be is told", "[ssao][lens]") {
+    const Room room;
+    const Device device = test_device();
+    CHECK_THROWS_WITH(ssao(room.stored(device), 0.5, {.border = Border::clamp}), ContainsSubstring("border clamp"));
+    Camera other = room.camera;
+    other.lens->fx *= 1.01;
+    CHECK_THROWS_WITH(ssao(room.stored(device), 0.5, {.thickness = depth_of(device, other, room.back)}),
+                      ContainsSubstring("other rays"));
+    const StoredDepth little = room.stored(test_device({.memory_budget = 100000}));
+    CHECK_THROWS_WITH(ssao(little, 0.5), ContainsSubstring("ssao of 256 x 128 pixels through a lens"));
+    const std::size_t enough = bytes(Tile(room.stored(device)), SsaoOptions{});
+    CHECK(images::same_bits(images::floats(ssao(room.stored(test_device({.memory_budget = enough})), 0.5).visibility),
+                            images::floats(ssao(room.stored(device), 0.5).visibility)));
+}
