@@ -62,7 +62,8 @@ INLINE lens_part part_left(floatV left, floatV u, floatV v, __global const float
         const float at = ((const float*)&lefts)[i] * (dof_fractions - 1);
         const uint low = min((uint)at, (uint)dof_fractions - 2);
         const float part = at - (float)low;
-        const float4 one = interpolated(table[first * dof_fractions + low], table[first * dof_fractions + low + 1], part);
+        const float4 one =
+            interpolated(table[first * dof_fractions + low], table[first * dof_fractions + low + 1], part);
         const float4 two = interpolated(table[next * dof_fractions + low], table[next * dof_fractions + low + 1], part);
         const float4 found = interpolated(one, two, between);
         turn_u[i] = found.x;
@@ -139,27 +140,40 @@ INLINE void add_pixels(__global const float* here, int x, int y, __global const 
 }
 #else
 #define SUMS_AT(pointer) (*(__global const sums_of_pixel*)(pointer))
+#define FLOATS_AT(pointer) (*(__global const floats_of_pixels*)(pointer))
+#define VECTORS (V * WIDTH / 16)
+typedef float16 __attribute__((aligned(4))) floats_of_pixels;
 
 // The half-plane of one pixel, as rows cut it.
 typedef struct {
-    bool some, right; // is there one, and does it open to the right?
+    bool right; // does it open to the right?
     float n_v, d, inverse;
 } pixel_cut;
 
-// Adds one row of strips whose middle lies `away` pixels down: over the whole aperture, and over the half-plane's part of it.
+// Adds one row of strips over the whole aperture around V pixels, which lie side by side in vectors.
 INLINE void add_row(__global const float* from, __global const span_params* span, __global const span_params* last,
-                    float away, float pitch, const part_params* part, const pixel_cut* open, floatW* even,
-                    floatW* cut) {
-    floatW whole = 0.0f, of_cut = 0.0f, scale = 1.0f;
-    ((float*)&scale)[MOMENT_DOWN] = away * part->down;
-    if (!open->some) {
-        for (; span < last; ++span) {
-            const floatW low = SUMS_AT(from + span->low * WIDTH), high = SUMS_AT(from + span->high * WIDTH);
-            whole = fma((floatW)span->weight, high - low, whole);
-        }
-        *even = fma(whole, scale, *even);
-        return;
+                    float16 scale, float16* even) {
+    float16 whole[VECTORS];
+#pragma unroll
+    for (int i = 0; i < VECTORS; ++i)
+        whole[i] = 0.0f;
+    for (; span < last; ++span) {
+        __global const float* low = from + span->low * WIDTH;
+        __global const float* high = from + span->high * WIDTH;
+        const float16 weight = span->weight;
+#pragma unroll
+        for (int i = 0; i < VECTORS; ++i)
+            whole[i] = fma(weight, FLOATS_AT(high + 16 * i) - FLOATS_AT(low + 16 * i), whole[i]);
     }
+#pragma unroll
+    for (int i = 0; i < VECTORS; ++i)
+        even[i] = fma(whole[i], scale, even[i]);
+}
+
+// Adds one row of strips whose middle lies `away` pixels down: over the half-plane's part of the aperture around one pixel.
+INLINE void add_cut(__global const float* from, __global const span_params* span, __global const span_params* last,
+                    float away, float pitch, const part_params* part, const pixel_cut* open, floatW scale,
+                    floatW* cut) {
     // Rounded with a different remainder on each line, so that their mean is not.
     const float4 lines = ((float4)(0.5f, 1.5f, 2.5f, 3.5f) / LINES - 0.5f) * pitch,
                  rest = (float4)(0.5f, 2.5f, 1.5f, 3.5f) / LINES;
@@ -167,23 +181,22 @@ INLINE void add_row(__global const float* from, __global const span_params* span
     const float4 edge =
         fma(fma((float4)(-open->n_v), down, (float4)open->d), (float4)open->inverse, (float4)0.5f) + rest;
     const int4 border = convert_int4(floor(min(max(edge, (float4)-1e4f), (float4)1e4f)));
+    floatW of_cut = 0.0f;
     for (; span < last; ++span) {
-        const floatW low = SUMS_AT(from + span->low * WIDTH), high = SUMS_AT(from + span->high * WIDTH);
-        whole = fma((floatW)span->weight, high - low, whole);
         const int4 at = min(max(border, (int4)span->low), (int4)span->high) * WIDTH;
         const floatW middle =
             ((SUMS_AT(from + at.x) + SUMS_AT(from + at.y)) + (SUMS_AT(from + at.z) + SUMS_AT(from + at.w))) *
             (1.0f / LINES);
-        of_cut = fma((floatW)(open->right ? -span->weight : span->weight), middle - (open->right ? high : low), of_cut);
+        const floatW end = SUMS_AT(from + (open->right ? span->high : span->low) * WIDTH);
+        of_cut = fma((floatW)(open->right ? -span->weight : span->weight), middle - end, of_cut);
     }
-    *even = fma(whole, scale, *even);
     *cut = fma(of_cut, scale, *cut);
 }
 #endif
 
 KERNEL void dof_parts(__global const float* source, __global const uint* list, __global const uint* starts,
-                        __global const float* tables, __global const float* halves, __global float* state,
-                        const blur_params p, const layer_params s, const part_params part) {
+                      __global const float* tables, __global const float* halves, __global float* state,
+                      const blur_params p, const layer_params s, const part_params part) {
     const uint item = get_global_id(0), x = item % (dof_tile_columns / V) * V;
     const uint index = item / (dof_tile_columns / V) / dof_tile_rows;
     if (index >= s.tiles)
@@ -238,31 +251,45 @@ KERNEL void dof_parts(__global const float* source, __global const uint* list, _
         open.fraction = 0.0f;
 #if DIRECT
     add_pixels(source + at, (int)x, y, (__global const aperture_tap_params*)tables, &p, s.layer, &part, &open,
-               second.greatest >= 0.0f,
-               any_of(open.fraction > 0.0f), even, cut);
+               second.greatest >= 0.0f, any_of(open.fraction > 0.0f), even, cut);
 #else
     const float_lanes lefts = through, fractions = open.fraction, normals_u = open.n_u, normals_v = open.n_v,
                       distances = open.d;
+    __global const span_params* spans = (__global const span_params*)tables;
+    starts += (long)s.starts + y % pitch * height - y / pitch + s.reach; // of row 0
+    float16 wholes[VECTORS];
+#pragma unroll
+    for (int i = 0; i < VECTORS; ++i)
+        wholes[i] = 0.0f;
+    for (int row = begin; row < end; ++row) {
+        float16 scale = 1.0f;
+        const float away = ((float)(row * pitch - y) + 0.5f * (float)(pitch - 1)) * part.down;
+        for (int i = MOMENT_DOWN; i < 16; i += WIDTH)
+            ((float*)&scale)[i] = away;
+        add_row(block + (size_t)(row - first) * s.strip_row, spans + starts[row], spans + starts[row + 1], scale,
+                wholes);
+    }
     float even_of[WIDTH][V], cut_of[WIDTH][V];
     for (int i = 0; i < V; ++i) {
-        floatW whole = 0.0f, of_cut = 0.0f;
+        floatW of_cut = 0.0f;
         const float slope = ((const float*)&normals_u)[i] * part.across;
         const bool right = slope > 0.0f;
-        const pixel_cut cut_here = {((const float*)&fractions)[i] > 0.0f, right, ((const float*)&normals_v)[i],
-                                    ((const float*)&distances)[i],
+        const pixel_cut cut_here = {right, ((const float*)&normals_v)[i], ((const float*)&distances)[i],
                                     1.0f / (right ? max(slope, 1e-9f) : min(slope, -1e-9f))};
-        if (((const float*)&lefts)[i] > 0.0f) {
+        const float* whole = (const float*)wholes + i * WIDTH;
+        // A part has no more of the layer's own than the whole has, but for rounding.
+        if (((const float*)&lefts)[i] > 0.0f && ((const float*)&fractions)[i] > 0.0f && whole[0] > 0.5f * EMPTY) {
             for (int row = begin; row < end; ++row) {
-                const uint entry_of_row = s.starts + (uint)(y % pitch * height + row - y / pitch + s.reach);
-                __global const span_params* spans = (__global const span_params*)tables;
                 const float away = (float)(row * pitch - y) + 0.5f * (float)(pitch - 1);
-                add_row(block + (size_t)(row - first) * s.strip_row + i * WIDTH, spans + starts[entry_of_row],
-                        spans + starts[entry_of_row + 1], away, (float)pitch, &part, &cut_here, &whole, &of_cut);
+                floatW scale = 1.0f;
+                ((float*)&scale)[MOMENT_DOWN] = away * part.down;
+                add_cut(block + (size_t)(row - first) * s.strip_row + i * WIDTH, spans + starts[row],
+                        spans + starts[row + 1], away, (float)pitch, &part, &cut_here, scale, &of_cut);
             }
         }
 #pragma unroll
         for (int k = 0; k < WIDTH; ++k) {
-            even_of[k][i] = ((const float*)&whole)[k];
+            even_of[k][i] = whole[k];
             cut_of[k][i] = ((const float*)&of_cut)[k];
         }
     }
