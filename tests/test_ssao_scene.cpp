@@ -6,6 +6,7 @@
 #include "images.hpp"
 #include "judge.hpp"
 #include "occlusion.hpp"
+#include "parallel.hpp"
 #include "scene/scene.hpp"
 #include "ssao_call.hpp"
 
@@ -164,6 +165,78 @@ TEST_CASE("ssao scene: with the true ends of solids accurate comes within 0.03 o
         INFO(name);
         CHECK(known <= error_with_ends);
         CHECK(known < guessed);
+    }
+}
+
+namespace {
+
+/// As `ray_traced`, of what lies inside the frame alone: what rays meet outside of it they pass through.
+std::vector<oracle::Sample> ray_traced_in_frame(const scene::Scene& scene, const Camera& camera,
+                                                const scene::Rendered& image, double radius, int stride) {
+    constexpr double golden_angle = std::numbers::pi * (3 - 2.23606797749979);
+    const Eigen::Matrix4d clip = camera.projection.matrix.cast<double>();
+    std::vector<oracle::Sample> points = oracle::ray_traced(scene, camera, image, radius, 1, stride);
+    oracle::in_parallel(points.size(), [&](std::size_t i) {
+        const auto at = static_cast<std::size_t>(points[i].y * camera.width + points[i].x);
+        const Vector3d position = image.position[at], normal = image.normal[at];
+        const Vector3d across = normal.unitOrthogonal(), along = normal.cross(across);
+        int open = 0;
+        for (int k = 0; k < oracle::sample_rays; ++k) {
+            const double square = (k + 0.5) / oracle::sample_rays,
+                         azimuth = golden_angle * (k + static_cast<double>(i));
+            const Vector3d outward = std::cos(azimuth) * across + std::sin(azimuth) * along;
+            scene::Ray ray{position, std::sqrt(square) * outward + std::sqrt(1 - square) * normal, 1e-9, radius};
+            bool blocked = false;
+            for (auto met = scene::met(scene, ray); met && !blocked; met = scene::met(scene, ray)) {
+                const Eigen::Vector4d seen = clip * met->position.homogeneous();
+                blocked = seen.w() > 0 && std::max(std::abs(seen.x()), std::abs(seen.y())) < seen.w();
+                ray.first = (met->position - position).norm() + 1e-7;
+            }
+            open += !blocked;
+        }
+        points[i].visibility = static_cast<double>(open) / oracle::sample_rays;
+    });
+    return points;
+}
+
+} // namespace
+
+TEST_CASE("ssao scene: what long rays lack beside the true ends of solids lies outside the frame",
+          "[ssao][exhaustive]") {
+    Camera camera = camera_of(standing);
+    camera.encoding = Encoding::view_z;
+    const auto layer = [&](const std::vector<float>& depth) {
+        return StoredDepth{Image::from_host(oracle::device(), Element::f32, depth.data(), {960, 540}), camera};
+    };
+    // Of the spheres more lies in the frame that no pixel shows.
+    for (const auto& [name, allowed] : {std::pair{"room", error_with_ends},
+                                        {"railings", error_with_ends},
+                                        {"spheres", 0.045},
+                                        {"corridor", error_with_ends}}) {
+        const scene::Scene scene = scene::named(name);
+        const auto image = scene::render(scene, camera);
+        const double radius = 0.4 * oracle::median_width(oracle::DepthLayer(camera, image.z));
+        const std::vector<float> got =
+            floats(ssao(layer(image.stored), radius,
+                        {.sampling = Sampling{.quality = Quality::accurate}, .thickness = layer(ends_of(scene, image))})
+                       .visibility);
+        const auto rms = [&](const std::vector<oracle::Sample>& points) {
+            return oracle::error_of(points,
+                                    [&](const oracle::Sample& p) {
+                                        return static_cast<double>(
+                                            got[static_cast<std::size_t>(p.y * camera.width + p.x)]);
+                                    })
+                .rmse;
+        };
+        constexpr int stride = 23;
+        const double all = rms(oracle::ray_traced(scene, camera, image, radius, oracle::sample_rays, stride));
+        const double in_frame = rms(ray_traced_in_frame(scene, camera, image, radius, stride));
+        std::printf(
+            "%s under rays of 40 %%, true ends: against the scene itself %.4f, against what lies in the frame %.4f\n",
+            name, all, in_frame);
+        INFO(name);
+        CHECK(in_frame <= allowed);
+        CHECK(in_frame < all);
     }
 }
 
