@@ -232,6 +232,7 @@ TEST_CASE("camera program: what is wrong is told in a line, and nothing is left 
     refused({"linearize", depth, "--camera", large, "-o", output}, 1,
             "scale the camera's width, height and pixels by 0.5");
     check_done({"linearize", depth, "--camera", bent, "--undistorted", "-o", output});
+    check_done({"ssao", depth, "--camera", bent, "--radius", "0.5", "-o", folder / "out/ao.exr"});
     CHECK(content(bent) == ros("0.1"));
 }
 

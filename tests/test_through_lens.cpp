@@ -243,7 +243,7 @@ TEST_CASE("Whatever takes straight rays only refuses a lens, and names it", "[le
     const Image color(device, Element::f32, {camera.width, camera.height, 3});
     const StoredDepth stored{image, camera};
     const auto refuses = [](const auto& act) { CHECK_THROWS_WITH(act(), ContainsSubstring("lens")); };
-    refuses([&] { ssao(stored, 1); });
+    refuses([&] { ssao(stored, 1, {.border = Border::clamp}); });
     refuses([&] { dof_masks(stored, CircleOfConfusion{1, 1}, {.max_near_coc = true}); });
     refuses([&] { dof_masks(stored, CircleOfConfusion{1, 1}, {.near_alpha = true}); });
     refuses([&] { dof_masks(stored, CircleOfConfusion{1, 1}, {.disocclusion = true}); });

@@ -51,9 +51,9 @@ std::vector<std::string> radius_doubts(const Subject& subject, double radius) {
         return {};
     const Look& look = subject.look;
     const Camera& camera = subject.camera;
-    const bool perspective = depth_form(camera, subject.storage).perspective;
+    const bool perspective = camera.lens || depth_form(camera, subject.storage).perspective;
     const auto scale = static_cast<double>(pixel_scale(camera).x);
-    const double centre = perspective ? static_cast<double>(camera_rays(camera).centre_depth) : 0;
+    const double centre = perspective && !camera.lens ? static_cast<double>(camera_rays(camera).centre_depth) : 0;
     const auto middle = depths.begin() + static_cast<std::ptrdiff_t>(depths.size() / 2);
     std::ranges::nth_element(depths, middle);
     const double pixel = (perspective ? static_cast<double>(*middle) - centre : 1) / scale,
