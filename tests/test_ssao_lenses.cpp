@@ -62,7 +62,7 @@ struct Point {
 
 // The fraction of a hemisphere's rays, weighted by the cosine, that meet nothing.
 double rays_into(const scene::Scene& scene, const Point& point, double radius) {
-    constexpr int rays = 300;
+    constexpr int rays = 128;
     const Vector3d right = point.normal.unitOrthogonal(), down = point.normal.cross(right);
     int open = 0;
     for (int i = 0; i < rays; ++i) {
@@ -118,7 +118,7 @@ struct Mean {
     double root() const { return std::sqrt(sum / weight); }
 };
 
-constexpr int apart = 9; // pixels between those that are compared
+constexpr int apart = 4; // pixels between those that are compared: the few at edges decide
 
 double error_of_panorama(const Device& device, const scene::Scene& scene, int width, double radius,
                          const SsaoOptions& options) {
@@ -219,16 +219,15 @@ TEST_CASE("ssao lenses: planes are open through every lens", "[ssao][lens]") {
 TEST_CASE("ssao lenses: a panorama is as exact as pinholes that look the same way", "[ssao][lens][slow]") {
     const Device device = test_device();
     constexpr int width = 1024;
-    for (const char* name : {"room", "corridor", "spheres"})
-        for (const double radius : {0.4, 1.5}) {
-            const SsaoOptions options{.sampling = Sampling{.quality = Quality::accurate}};
-            const double off = error_of_panorama(device, scene::named(name), width, radius, options),
-                         of_faces = error_of_faces(device, scene::named(name), width, radius, options);
-            std::printf("panorama of %-8s radius %.1f: rms error %.4f, of pinholes %.4f\n", name, radius, off,
-                        of_faces);
-            INFO(name << ", radius " << radius);
-            CHECK(off <= of_faces + over_pinholes);
-        }
+    constexpr double radius = 0.4;
+    for (const char* name : {"room", "corridor", "spheres"}) {
+        const SsaoOptions options{.sampling = Sampling{.quality = Quality::accurate}};
+        const double off = error_of_panorama(device, scene::named(name), width, radius, options),
+                     of_faces = error_of_faces(device, scene::named(name), width, radius, options);
+        std::printf("panorama of %-8s: rms error %.4f, of pinholes %.4f\n", name, off, of_faces);
+        INFO(name);
+        CHECK(off <= of_faces + over_pinholes);
+    }
 }
 
 TEST_CASE("ssao lenses: turning a panorama changes little", "[ssao][lens]") {
