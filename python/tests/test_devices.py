@@ -276,6 +276,8 @@ def test_threads_that_work_when_the_interpreter_ends(size, out):
 
 def test_a_child_of_fork_ends_while_a_thread_of_the_parent_works():
     """The child's end waits for no call of a thread that it does not have."""
+    if fathom.devices()[0].platform.startswith("Intel"):
+        pytest.skip("at its end such a child waits for threads of Intel's driver, which it does not have")
     done = run("""
         import signal, threading, time
         camera = fathom.Camera(fov_y_deg=60, encoding="view-z")
