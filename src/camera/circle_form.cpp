@@ -47,7 +47,8 @@ void check_circle(const CircleOfConfusion& circle, const DepthForm& form) {
     const description::Accepts two(description::Kind::lens);
     require(two.accepts(circle), "circle = (", static_cast<double>(circle.k), ", ", static_cast<double>(circle.g),
             ") must be ", two.accepted());
-    require(std::isfinite(circle.lens_depth), "the circle's lens_depth = ", circle.lens_depth, " must be finite");
+    require(std::isfinite(static_cast<long double>(circle.lens_depth)), "the circle's lens_depth = ", circle.lens_depth,
+            " must be finite");
     require(circle.telecentric != form.perspective, circle.telecentric
                                                         ? "a telecentric circle does not belong to a perspective camera"
                                                         : "an orthographic camera needs a telecentric circle");

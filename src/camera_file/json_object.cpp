@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <limits>
 #include <set>
+#include <string_view>
 
 namespace fathom::io {
 
@@ -70,9 +71,10 @@ bool are_numbers(const json& list) {
 
 json parsed_json(const std::filesystem::path& file, std::span<const unsigned char> bytes) {
     Checked checked(file);
-    json::sax_parse(bytes.begin(), bytes.end(), &checked);
+    const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+    json::sax_parse(text, &checked);
     try {
-        return json::parse(bytes.begin(), bytes.end());
+        return json::parse(text);
     } catch (const json::exception& error) {
         // "[json.exception.parse_error.101] parse error at line 3, column 5: ..."
         std::string what = error.what();

@@ -8,7 +8,8 @@
 
 #include <algorithm>
 #include <charconv>
-#include <cmath>
+#include <locale>
+#include <sstream>
 #include <string_view>
 
 namespace fathom {
@@ -272,10 +273,14 @@ nlohmann::json value_of(std::string_view text) {
     if (text == "true" || text == "false")
         return text == "true";
     const char* end = text.data() + text.size();
-    const auto is_read = [&](std::from_chars_result result) { return result.ec == std::errc() && result.ptr == end; };
-    if (long long whole = 0; is_read(std::from_chars(text.data(), end, whole)))
+    long long whole = 0;
+    if (const auto [read, error] = std::from_chars(text.data(), end, whole); error == std::errc() && read == end)
         return whole;
-    if (double number = 0; is_read(std::from_chars(text.data(), end, number)) && std::isfinite(number))
+    // Not by from_chars, which libc++ has for integers only.
+    std::istringstream stream{std::string(text)};
+    stream.imbue(std::locale::classic());
+    const bool may_be_number = text.find_first_of("0123456789.-") == 0; // a stream reads blanks and "+1", too
+    if (double number = 0; may_be_number && stream >> number && stream.eof())
         return number;
     return std::string(text);
 }
