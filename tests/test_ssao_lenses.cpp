@@ -23,7 +23,7 @@ using Eigen::Vector3d;
 namespace {
 
 // Of scenes: beside pinholes that look the same way with the same angle a pixel.
-constexpr double over_pinholes = 0.002, of_spheres = 0.003; // whose silhouettes are cut elsewhere; 0.0024 was measured
+constexpr double over_pinholes = 0.002, of_spheres = 0.003; // 0.0024 was measured, why is not known
 // Between a panorama and the same one turned.
 constexpr double turning = 0.01;
 
