@@ -124,7 +124,7 @@ Kernel& kernel(const Device& device, const std::string& name, Defines defines, c
     defines.emplace_back("FP64", state.options.arithmetic == Arithmetic::fp64);
     defines.emplace_back("CLANG_BUILTINS", state.clang_builtins);
     const std::string options = build_options(defines, state.info.correct_rounding);
-    const std::string key = name + ' ' + options;
+    const std::string key = name + ' ' + program_name + ' ' + options;
     {
         const auto lock = locked(state.mutex);
         if (const auto found = state.kernels.find(key); found != state.kernels.end())

@@ -29,7 +29,7 @@ std::future<void> read_ahead(const DepthOptions& options, const Steps& steps, co
         return {};
     static_cast<Job&>(first.frame) = jobs[wanted.front()];
     // Where the system has no more threads, it is read when it is asked for.
-    return std::async(std::launch::async | std::launch::deferred, [&] {
+    return std::async(std::launch::async | std::launch::deferred, [&steps, &first] {
         const Stopwatch watch(first.times.read);
         steps.load(first);
     });
