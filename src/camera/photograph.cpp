@@ -11,6 +11,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <future>
 #include <limits>
 #include <system_error>
 #include <thread>
@@ -117,14 +118,16 @@ void EdgeUpsampling::rows_of_distances(int begin, int end, bool inverse, float* 
 void in_threads(int rows, const std::function<void(int begin, int end)>& work) {
     const int cores = static_cast<int>(std::thread::hardware_concurrency()), parts = std::clamp(cores, 1, rows);
     const auto first = [=](int part) { return static_cast<int>(static_cast<long long>(rows) * part / parts); };
-    std::vector<std::jthread> others; // which end with this call
+    std::vector<std::future<void>> others; // which end with this call
     int part = 0;
     try {
         for (; part + 1 < parts; ++part)
-            others.emplace_back([&work, begin = first(part), end = first(part + 1)] { work(begin, end); });
+            others.push_back(std::async(std::launch::async, work, first(part), first(part + 1)));
     } catch (const std::system_error&) { // no more threads
     }
     work(first(part), rows);
+    for (std::future<void>& other : others)
+        other.get(); // what it threw
 }
 
 bool have_same_ratio(int width, int height, int other_width, int other_height) {
