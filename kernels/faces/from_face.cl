@@ -4,18 +4,7 @@
 
 #include "camera/patch.h"
 #include "faces/face.h"
-
-#ifndef OUTPUT
-#error "OUTPUT is not defined: 0 visibility, 1 confidence, 2 bent normal"
-#endif
-#if OUTPUT == 2
-#define CHANNELS 3
-#else
-#define CHANNELS 1
-#endif
-
-// Weight of a result from another surface, as in joint_upsample.cl.
-#define NEAREST 1e-4f
+#include "ssao/upsampled.h"
 
 KERNEL void from_face(__global const float* planes, __global const float* depth, __global const float* results,
                       __global float* target, const grid_params grid, const face_params p,

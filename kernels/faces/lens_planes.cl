@@ -48,15 +48,7 @@ KERNEL void lens_planes(__global const float* depth, __global const float* norma
     const floatV along = fma(m.x, ray.x.u, fma(m.y, ray.y.u, m.z * ray.z.u));
     m = scaled(m, q / along);
 #else
-    const floatV size = fabs(q);
-#if ALONG == ALONG_AXIS // whose error is that of 1/z
-    const floatV unit = ray.ahead, stored = size / unit;
-#else
-    const floatV unit = (floatV)1.0f, stored = size;
-#endif
-    const floatV error = unit * fma(fma((floatV)p.error_quadratic, stored, (floatV)p.error_linear), stored,
-                                    (floatV)p.error_constant);
-    const floatV tolerance = 4.0f * error;
+    const floatV tolerance = 4.0f * error_through_lens(&ray, fabs(q), p.error_quadratic, p.error_linear, p.error_constant);
     const floatV step = fma(q * q, (floatV)(THIN * p.radius), tolerance);
     bend b = no_bend();
     floatV across[4], along[4];

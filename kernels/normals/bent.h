@@ -40,6 +40,16 @@ typedef struct {
     vectorV dual, dual_x, dual_y; // of u, ux and uy
 } bent_ray;
 
+// Error of an inverse distance of this size: that of what is stored, which is 1/z where depth counts along the axis.
+INLINE floatV error_through_lens(const bent_ray* ray, floatV size, float quadratic, float linear, float least) {
+#if ALONG == ALONG_AXIS
+    const floatV z_in_distances = ray->ahead, stored = size / z_in_distances;
+#else
+    const floatV z_in_distances = (floatV)1.0f, stored = size;
+#endif
+    return z_in_distances * fma(fma((floatV)quadratic, stored, (floatV)linear), stored, (floatV)least);
+}
+
 INLINE vectorV cross_of(floatV ax, floatV ay, floatV az, floatV bx, floatV by, floatV bz) {
     return (vectorV){fma(ay, bz, -az * by), fma(az, bx, -ax * bz), fma(ax, by, -ay * bx)};
 }

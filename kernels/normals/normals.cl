@@ -149,13 +149,7 @@ KERNEL void normals(__global const float* source, __global float* target, const 
 #if LENS
         bent_ray ray;
         bent_rays(tiles, nodes, &lens, grid.pixel_x + x, grid.pixel_y + y, &ray);
-#if ALONG == ALONG_AXIS // whose error is that of 1/z
-        const floatV z_in_distances = ray.ahead, stored = size / z_in_distances;
-#else
-        const floatV z_in_distances = (floatV)1.0f, stored = size;
-#endif
-        const floatV error = z_in_distances * fma(fma((floatV)p.error_quadratic, stored, (floatV)p.error_linear), stored,
-                                                  (floatV)p.error_constant);
+        const floatV error = error_through_lens(&ray, size, p.error_quadratic, p.error_linear, p.error_constant);
 #else
         const floatV error =
             fma(fma((floatV)p.error_quadratic, size, (floatV)p.error_linear), size, (floatV)p.error_constant);

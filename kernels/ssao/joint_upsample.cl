@@ -7,24 +7,13 @@
 
 #include "ssao/blocks.h"
 #include "ssao/ray.h"
+#include "ssao/upsampled.h"
 #include "normals/slope.h"
 #include "camera/window.h"
 
 #ifndef PERSPECTIVE
 #error "PERSPECTIVE is not defined: 1 where rays meet in the camera centre, 0 where they are parallel (orthographic)"
 #endif
-#ifndef OUTPUT
-#error "OUTPUT is not defined: 0 visibility, 1 confidence, 2 bent normal"
-#endif
-#if OUTPUT == 2
-#define CHANNELS 3
-#else
-#define CHANNELS 1
-#endif
-
-// Weight of a result from another surface. Beside results of the pixel's own surface it is too small to be seen. Without any,
-// it makes the result closest in depth count.
-#define NEAREST 1e-4f
 
 // 2 V neighbours of a row: those of even and those of odd columns of the camera's image.
 typedef struct {

@@ -26,8 +26,7 @@ template <typename Visitor, Is<LensArguments> Arguments>
 void describe_relative(const Visitor& v, Arguments& lens) {
     v("relative", lens.relative, {"high-is-near", "low-is-near"},
       "the depth has no unit and needs no camera: 8 or 16 bits, or floats, as neural networks give it. Says which "
-      "values "
-      "are near");
+      "values are near");
     v("blur_px", lens.blur_px, from(0),
       "the CoC for a difference of 1 to the focus, in pixels; codes of 8 and 16 bits count from 0 to 1");
     v("focus_range", lens.focus_range, Kind::fractions, "all of these values are in focus, instead of one pixel's");
@@ -51,12 +50,10 @@ template <typename Visitor, Is<DepthRepair> Repair>
 void describe(const Visitor& v, Repair& repair) {
     v("invalid", repair.invalid, {"keep", "fill"},
       "pixels without a depth keep the picture where no blur reaches them, or take the depth of the farther valid "
-      "pixel "
-      "beside them in the row (in the column, if the row has none)");
+      "pixel beside them in the row (in the column, if the row has none)");
     v("grow_foreground", repair.grow_foreground, grown_pixels,
       "each pixel takes the depth of the nearest surface that is at most so many pixels away, for depth that is soft "
-      "or "
-      "lies beside its picture's edges",
+      "or lies beside its picture's edges",
       "0; 1 for relative depth");
 }
 

@@ -4,9 +4,9 @@
 #include "lens/faces.hpp"
 
 #include "lens/patches.hpp"
+#include "lens/ray_map.hpp"
 
 #include <Eigen/Geometry>
-#include <Eigen/LU>
 
 #include <algorithm>
 #include <cmath>
@@ -275,14 +275,7 @@ private:
         const auto here = lens_.ray(x + 0.5, y + 0.5);
         if (!here)
             return std::nullopt;
-        Eigen::Matrix<double, 3, 2> slopes;
-        Vector off;
-        for (int c = 0; c < 3; ++c) {
-            const Jet& jet = (*here)[static_cast<std::size_t>(c)];
-            slopes.row(c) << jet.x, jet.y;
-            off[c] = direction[c] - jet.value;
-        }
-        const Eigen::Vector2d step = (slopes.transpose() * slopes).inverse() * slopes.transpose() * off;
+        const Eigen::Vector2d step = step_towards(direction, *here);
         if (!(step.cwiseAbs().maxCoeff() <= 1)) // beyond the map's border
             return std::nullopt;
         return Eigen::Vector2d(x + 0.5, y + 0.5) + step;

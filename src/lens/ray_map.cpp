@@ -83,6 +83,17 @@ std::optional<RayJets> mapped_ray(const RayMap& map, const Jet& x, const Jet& y)
     return jets;
 }
 
+Eigen::Vector2d step_towards(const Eigen::Vector3d& direction, const RayJets& ray) {
+    Eigen::Matrix<double, 3, 2> slopes;
+    Vector off;
+    for (int c = 0; c < 3; ++c) {
+        const Jet& jet = ray[static_cast<std::size_t>(c)];
+        slopes.row(c) << jet.x, jet.y;
+        off[c] = direction[c] - jet.value;
+    }
+    return (slopes.transpose() * slopes).inverse() * slopes.transpose() * off;
+}
+
 std::optional<Eigen::Vector2d> mapped_pixel(const RayMap& map, const Eigen::Vector3d& direction) {
     double most = -2;
     int column = 0, row = 0;
@@ -100,14 +111,7 @@ std::optional<Eigen::Vector2d> mapped_pixel(const RayMap& map, const Eigen::Vect
         const auto jets = mapped_ray(map, Jet(at.x(), 1, 0, 0), Jet(at.y(), 0, 1, 0));
         if (!jets)
             return std::nullopt;
-        Eigen::Matrix<double, 3, 2> slopes;
-        Vector off;
-        for (int c = 0; c < 3; ++c) {
-            const Jet& jet = (*jets)[static_cast<std::size_t>(c)];
-            slopes.row(c) << jet.x, jet.y;
-            off[c] = direction[c] - jet.value;
-        }
-        const Eigen::Vector2d step = (slopes.transpose() * slopes).inverse() * slopes.transpose() * off;
+        const Eigen::Vector2d step = step_towards(direction, *jets);
         at += step;
         if (!(step.norm() > 1e-9))
             break;

@@ -26,6 +26,7 @@ sys.path.append(os.path.join(bpy.utils.resource_path("LOCAL"), "python", "lib",
 sys.dont_write_bytecode = True
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "../../examples/blender"))
 import export_camera
+from cubes import row_of_cubes
 import OpenImageIO as oiio
 
 MODULE = "bl_ext.user_default.fathom_depth"
@@ -61,24 +62,12 @@ def build_scene():
     """Cubes in a row before the sky, and a camera that passes them and changes its focus."""
     bpy.ops.wm.read_factory_settings(use_empty=True)
     bpy.ops.preferences.addon_enable(module=MODULE)
-    bpy.ops.mesh.primitive_plane_add(size=40)
-    for i in range(6):
-        bpy.ops.mesh.primitive_cube_add(size=1, location=(1.2 * i - 3, 2 * i, 0.5), rotation=(0, 0, 0.4 * i))
-    bpy.ops.object.light_add(type="SUN", rotation=(0.6, 0.3, 0))
-    scene = bpy.context.scene
-    camera = bpy.data.objects.new("Camera", bpy.data.cameras.new("Camera"))
-    scene.collection.objects.link(camera)
-    scene.camera = camera
-    camera.rotation_euler = (1.45, 0, 0)
+    scene, camera = row_of_cubes(FRAMES)
     camera.data.lens, camera.data.shift_x = 100, 0.05
-    scene.frame_start, scene.frame_end = FRAMES[0], FRAMES[-1]
-    for frame, x, focus in ((1, -2, 5), (3, 2, 9)):
-        camera.location = (x, -7, 2.2)
-        camera.keyframe_insert("location", frame=frame)
+    for frame, focus in ((FRAMES[0], 5), (FRAMES[-1], 9)):
         camera.data.dof.focus_distance = focus
         camera.data.dof.keyframe_insert("focus_distance", frame=frame)
     camera.data.dof.aperture_fstop = 0.7
-    scene.render.engine = "CYCLES"
     scene.cycles.device, scene.cycles.samples, scene.cycles.max_bounces = "CPU", 4, 0
     scene.cycles.use_denoising = scene.cycles.use_adaptive_sampling = False
     scene.render.resolution_x, scene.render.resolution_y = 192, 108
