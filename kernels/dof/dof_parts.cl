@@ -144,11 +144,13 @@ INLINE void add_pixels(__global const float* here, int x, int y, __global const 
 #define VECTORS (V * WIDTH / 16)
 typedef float16 __attribute__((aligned(4))) floats_of_pixels;
 
-// The half-plane of one pixel, as rows cut it.
+typedef intV __attribute__((aligned(4))) int_lanes;
+
+// The half-planes of V pixels, as rows cut them.
 typedef struct {
-    bool right; // does it open to the right?
-    float n_v, d, inverse;
-} pixel_cut;
+    intV right; // does it open to the right?
+    floatV n_v, d, inverse;
+} row_cut;
 
 // Adds one row of strips over the whole aperture around V pixels, which lie side by side in vectors.
 INLINE void add_row(__global const float* from, __global const span_params* span, __global const span_params* last,
@@ -170,27 +172,44 @@ INLINE void add_row(__global const float* from, __global const span_params* span
         even[i] = fma(whole[i], scale, even[i]);
 }
 
-// Adds one row of strips whose middle lies `away` pixels down: over the half-plane's part of the aperture around one pixel.
+// Adds one row of strips whose middle lies `away` pixels down: over the half-planes' parts of the aperture around these `count`
+// of V pixels.
 INLINE void add_cut(__global const float* from, __global const span_params* span, __global const span_params* last,
-                    float away, float pitch, const part_params* part, const pixel_cut* open, floatW scale,
+                    float away, float pitch, const part_params* part, const row_cut* open, const int* pixels, int count,
                     floatW* cut) {
     // Rounded with a different remainder on each line, so that their mean is not.
-    const float4 lines = ((float4)(0.5f, 1.5f, 2.5f, 3.5f) / LINES - 0.5f) * pitch,
-                 rest = (float4)(0.5f, 2.5f, 1.5f, 3.5f) / LINES;
-    const float4 down = ((float4)away + lines) * part->down;
-    const float4 edge =
-        fma(fma((float4)(-open->n_v), down, (float4)open->d), (float4)open->inverse, (float4)0.5f) + rest;
-    const int4 border = convert_int4(floor(min(max(edge, (float4)-1e4f), (float4)1e4f)));
-    floatW of_cut = 0.0f;
-    for (; span < last; ++span) {
-        const int4 at = min(max(border, (int4)span->low), (int4)span->high) * WIDTH;
-        const floatW middle =
-            ((SUMS_AT(from + at.x) + SUMS_AT(from + at.y)) + (SUMS_AT(from + at.z) + SUMS_AT(from + at.w))) *
-            (1.0f / LINES);
-        const floatW end = SUMS_AT(from + (open->right ? span->high : span->low) * WIDTH);
-        of_cut = fma((floatW)(open->right ? -span->weight : span->weight), middle - end, of_cut);
+    const float rest[LINES] = {0.5f / LINES, 2.5f / LINES, 1.5f / LINES, 3.5f / LINES};
+    intV border[LINES];
+#pragma unroll
+    for (int line = 0; line < LINES; ++line) {
+        const float down = (away + (((float)line + 0.5f) / LINES - 0.5f) * pitch) * part->down;
+        const floatV edge = fma(fma(-open->n_v, (floatV)down, open->d), open->inverse, (floatV)0.5f) + rest[line];
+        border[line] = convert_intV(floor(min(max(edge, (floatV)-1e4f), (floatV)1e4f)));
     }
-    *cut = fma(of_cut, scale, *cut);
+    floatW of_cut[V];
+    for (int n = 0; n < count; ++n)
+        of_cut[n] = 0.0f;
+    const intV first = LANE_INDEX(int) * WIDTH;
+    for (; span < last; ++span) {
+        int at[LINES + 1][V];
+        float weights[V];
+#pragma unroll
+        for (int line = 0; line < LINES; ++line)
+            *(int_lanes*)at[line] = clamp(border[line], (intV)span->low, (intV)span->high) * WIDTH + first;
+        *(int_lanes*)at[LINES] = select((intV)span->low, (intV)span->high, open->right) * WIDTH + first;
+        *(float_lanes*)weights = select((floatV)span->weight, (floatV)-span->weight, open->right);
+        for (int n = 0; n < count; ++n) {
+            const int i = pixels[n];
+            const floatW middle = ((SUMS_AT(from + at[0][i]) + SUMS_AT(from + at[1][i])) +
+                                   (SUMS_AT(from + at[2][i]) + SUMS_AT(from + at[3][i]))) *
+                                  (1.0f / LINES);
+            of_cut[n] = fma((floatW)weights[i], middle - SUMS_AT(from + at[LINES][i]), of_cut[n]);
+        }
+    }
+    floatW scale = 1.0f;
+    ((float*)&scale)[MOMENT_DOWN] = away * part->down;
+    for (int n = 0; n < count; ++n)
+        cut[n] = fma(of_cut[n], scale, cut[n]);
 }
 #endif
 
@@ -253,8 +272,6 @@ KERNEL void dof_parts(__global const float* source, __global const uint* list, _
     add_pixels(source + at, (int)x, y, (__global const aperture_tap_params*)tables, &p, s.layer, &part, &open,
                second.greatest >= 0.0f, any_of(open.fraction > 0.0f), even, cut);
 #else
-    const float_lanes lefts = through, fractions = open.fraction, normals_u = open.n_u, normals_v = open.n_v,
-                      distances = open.d;
     __global const span_params* spans = (__global const span_params*)tables;
     starts += (long)s.starts + y % pitch * height - y / pitch + s.reach; // of row 0
     float16 wholes[VECTORS];
@@ -270,29 +287,34 @@ KERNEL void dof_parts(__global const float* source, __global const uint* list, _
                 wholes);
     }
     float even_of[WIDTH][V], cut_of[WIDTH][V];
-    for (int i = 0; i < V; ++i) {
-        floatW of_cut = 0.0f;
-        const float slope = ((const float*)&normals_u)[i] * part.across;
-        const bool right = slope > 0.0f;
-        const pixel_cut cut_here = {right, ((const float*)&normals_v)[i], ((const float*)&distances)[i],
-                                    1.0f / (right ? max(slope, 1e-9f) : min(slope, -1e-9f))};
-        const float* whole = (const float*)wholes + i * WIDTH;
-        // A part has no more of the layer's own than the whole has, but for rounding.
-        if (((const float*)&lefts)[i] > 0.0f && ((const float*)&fractions)[i] > 0.0f && whole[0] > 0.5f * EMPTY) {
-            for (int row = begin; row < end; ++row) {
-                const float away = (float)(row * pitch - y) + 0.5f * (float)(pitch - 1);
-                floatW scale = 1.0f;
-                ((float*)&scale)[MOMENT_DOWN] = away * part.down;
-                add_cut(block + (size_t)(row - first) * s.strip_row + i * WIDTH, spans + starts[row],
-                        spans + starts[row + 1], away, (float)pitch, &part, &cut_here, scale, &of_cut);
-            }
-        }
+    for (int i = 0; i < V; ++i)
 #pragma unroll
-        for (int k = 0; k < WIDTH; ++k) {
-            even_of[k][i] = whole[k];
-            cut_of[k][i] = ((const float*)&of_cut)[k];
-        }
+        for (int k = 0; k < WIDTH; ++k)
+            even_of[k][i] = ((const float*)wholes)[i * WIDTH + k];
+    // A part has no more of the layer's own than the whole has, but for rounding.
+    const int_lanes has_part =
+        (through > 0.0f) & (open.fraction > 0.0f) & (*(const float_lanes*)even_of[0] > 0.5f * EMPTY);
+    int pixels[V], count = 0;
+    for (int i = 0; i < V; ++i)
+        if (((const int*)&has_part)[i])
+            pixels[count++] = i;
+    floatW cuts[V];
+    for (int n = 0; n < count; ++n)
+        cuts[n] = 0.0f;
+    if (count > 0) {
+        const floatV slope = open.n_u * part.across, steepest = (floatV)1e-9f;
+        row_cut open_here = {slope > 0.0f, open.n_v, open.d, 0.0f};
+        open_here.inverse = 1.0f / select(min(slope, -steepest), max(slope, steepest), open_here.right);
+        for (int row = begin; row < end; ++row)
+            add_cut(block + (size_t)(row - first) * s.strip_row, spans + starts[row], spans + starts[row + 1],
+                    (float)(row * pitch - y) + 0.5f * (float)(pitch - 1), (float)pitch, &part, &open_here, pixels,
+                    count, cuts);
     }
+    for (int k = 0; k < WIDTH; ++k)
+        *(float_lanes*)cut_of[k] = (floatV)0.0f;
+    for (int n = 0; n < count; ++n)
+        for (int k = 0; k < WIDTH; ++k)
+            cut_of[k][pixels[n]] = ((const float*)&cuts[n])[k];
 #pragma unroll
     for (int k = 0; k < SUMS; ++k) {
         even[k] = *(const float_lanes*)even_of[k];
