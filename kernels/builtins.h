@@ -33,14 +33,12 @@
     BUILTIN N(type, n) fma(N(type, n), N(type, n), N(type, n));                                                        \
     BUILTIN N(type, n) fmax(N(type, n), N(type, n));                                                                   \
     BUILTIN N(type, n) fmin(N(type, n), N(type, n));                                                                   \
-    BUILTIN N(type, n) ldexp(N(type, n), N(int, n));                                                                   \
     BUILTIN N(type, n) mix(N(type, n), N(type, n), N(type, n));                                                        \
     BUILTIN N(type, n) sign(N(type, n));                                                                               \
     BUILTIN N(type, n) sqrt(N(type, n));
 #define WITH_ONE_FLOAT(n, type)                                                                                        \
     BUILTIN N(type, n) fmax(N(type, n), type);                                                                         \
     BUILTIN N(type, n) fmin(N(type, n), type);                                                                         \
-    BUILTIN N(type, n) ldexp(N(type, n), int);                                                                         \
     BUILTIN N(type, n) mix(N(type, n), N(type, n), type);
 #define TESTS(n, type, whole)                                                                                          \
     BUILTIN N(whole, n) isfinite(N(type, n));                                                                          \
