@@ -293,9 +293,8 @@ typedef struct {
     float edge;            // how many of these widths a neighbour may lie off the tangent plane
     u32 slices;            // per pixel
     u32 levels;            // of radii on the screen, each the square root of two times the last
-    u32 border_repeats;    // outside the image: 1 the pixels of its border, 0 nothing
 } occlusion_params;
-PARAMS(occlusion_params, 140)
+PARAMS(occlusion_params, 136)
 
 // What a silhouette's width is measured by, see kernels/ssao/silhouette.cl. Lengths are in scene units.
 typedef struct {

@@ -3,7 +3,7 @@
 // A slice is the plane through the view ray and a direction on the screen: the outer integral of Jimenez et al. 2016, eq. 5.
 // B of its cosine-weighted measure G, see sectors.h, is blocked by what neighbouring pixels show, see column.h. Slices are
 // weighted to be uniform around the view ray, not on the screen. Split planes: Mara et al. 2013.
-// Built for: CONFIDENCE = 0 1
+// Built for: CONFIDENCE = 0 1; CLAMP = 0 1
 
 #include "ssao/blocks.h"
 #include "ssao/ray.h"
@@ -11,6 +11,9 @@
 
 #ifndef CONFIDENCE
 #error "CONFIDENCE is not defined: 1 to sum how much of the slices lay on known pixels, 0 otherwise"
+#endif
+#ifndef CLAMP
+#error "CLAMP is not defined: 1 where planes hold repeated pixels outside the image, 0 otherwise"
 #endif
 
 #define STORE(target, value) *(__global float_lanes*)(target) = (value)
@@ -43,7 +46,7 @@ INLINE placeV place_at(uint here, int column, int row, int reach, const split_pa
     return (placeV){here, column, row, inside_row && row >= reach && row + reach < (int)split->rows};
 }
 
-INLINE uint at_tap(const placeV* place, const split_params* split, __global const tap_params* tap) {
+INLINE uint at_any_tap(const placeV* place, const split_params* split, __global const tap_params* tap) {
     const uint at = place->here + (uint)tap->offset;
     if (place->inside)
         return at;
@@ -52,9 +55,14 @@ INLINE uint at_tap(const placeV* place, const split_params* split, __global cons
            (uint)(clamp(column, -split_margin, (int)split->columns) - column);
 }
 
+// The same for a tap that `taps_inside` counts: no lane of it lies beyond what the planes hold around the image.
+INLINE uint at_tap(const placeV* place, const split_params* split, __global const tap_params* tap) {
+    return CLAMP ? at_any_tap(place, split, tap) : place->here + (uint)tap->offset;
+}
+
 // How many of the taps lie in the image for some lane: a slice that has left it does not come back.
 INLINE int taps_inside(const placeV* place, const split_params* split, __global const tap_params* taps, int count) {
-    if (place->inside)
+    if (CLAMP || place->inside)
         return count;
     int least = 0;
     while (least < count) {
@@ -178,7 +186,7 @@ INLINE intV sectors_of_taps(const sideV* side, const sourceV* from, const placeV
         }
         known = i + 1;
         READ_NEXT(from->backs + at);
-        next = column_at(side, from->fronts, from->slopes, at_tap(place, from->split, tap + 1), tap + 1);
+        next = column_at(side, from->fronts, from->slopes, at_any_tap(place, from->split, tap + 1), tap + 1);
         after = edge_of(&seen, &next, tap + 1);
         const floatV inner = inner_end_of(side, &seen, &before, tap);
         const floatV outer = end_of(side, &seen, &after, tap[1].before, tap[1].inverse_inner);
@@ -196,7 +204,7 @@ INLINE floatV known_fraction(const sideV* side, const sourceV* from, const place
     for (int i = 0; i < count; ++i) {
         const floatV within = select((floatV)0.0f, (floatV)1.0f, tap[i].distance <= side->extent);
         asked += within;
-        const floatV front = LOAD(float, from->fronts + at_tap(place, from->split, tap + i));
+        const floatV front = LOAD(float, from->fronts + at_any_tap(place, from->split, tap + i));
         answered += select((floatV)0.0f, within, front > 1.5f * NOTHING);
     }
     return select((floatV)1.0f, answered / max(asked, 1e-9f), asked > 0.0f);
@@ -245,7 +253,7 @@ KERNEL void ssao(__global const float* fronts, __global const float* backs, __gl
                 __global const tap_params* const tap =
                     (__global const tap_params*)taps + counts[2 * p.levels + level] + ((uint)count + 2) * table + 1;
                 const placeV place = place_at(here, column, row, (int)counts[p.levels + level], &split);
-                const int inside = p.border_repeats ? count : taps_inside(&place, &split, tap, count);
+                const int inside = taps_inside(&place, &split, tap, count);
                 intV covered = 0;
                 for (int done = 0; done < inside; done += 32) {
                     const uint rising = rising_taps(&side, &from, &place, first, tap + done, min(inside - done, 32));

@@ -64,7 +64,6 @@ params::occlusion_params occlusion_parameters(const Camera& camera, const Centre
     p.edge = filter_edge;
     p.slices = to_u32(table.slices);
     p.levels = to_u32(table.levels);
-    p.border_repeats = options.border == Border::clamp;
     return p;
 }
 

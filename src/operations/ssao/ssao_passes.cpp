@@ -129,7 +129,9 @@ void add_up(Call& call, const Planes& planes, const std::vector<Wanted>& results
                 counts = call.table->counts.on(call.device);
     constexpr params::u32 band = params::ssao_band;
     const std::size_t columns = (split.columns + band - 1) / band * band;
-    runtime::Kernel& slices = call.kernel("ssao", {{"CONFIDENCE", options.confidence}, {"BENT", options.bent_normal}});
+    runtime::Kernel& slices = call.kernel("ssao", {{"CONFIDENCE", options.confidence},
+                                                   {"BENT", options.bent_normal},
+                                                   {"CLAMP", options.border == Border::clamp}});
 
     const int first = std::max((region.y + offset) / 4 - 1, 0), last = std::min((end + offset + 3) / 4 + 1, rows);
     int filtered = region.y;
