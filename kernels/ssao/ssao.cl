@@ -257,7 +257,8 @@ KERNEL void ssao(__global const float* fronts, __global const float* backs, __gl
                 intV covered = 0;
                 for (int done = 0; done < inside; done += 32) {
                     const uint rising = rising_taps(&side, &from, &place, first, tap + done, min(inside - done, 32));
-                    covered |= sectors_of_taps(&side, &from, &place, first, tap + done, rising);
+                    if (rising != 0)
+                        covered |= sectors_of_taps(&side, &from, &place, first, tap + done, rising);
                 }
                 found = select(found, covered, active);
 #if CONFIDENCE
