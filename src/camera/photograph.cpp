@@ -72,9 +72,8 @@ void EdgeUpsampling::around(int x, int y, const Take& take) const {
             const int u = std::clamp(i, 0, depth_.width - 1), v = std::clamp(j, 0, depth_.height - 1);
             const Color& mean = mean_[static_cast<std::size_t>(v) * static_cast<std::size_t>(depth_.width) +
                                       static_cast<std::size_t>(u)];
-            float distance = 0;
-            for (std::size_t c = 0; c < 3; ++c)
-                distance += (mean[c] - own[c]) * (mean[c] - own[c]);
+            const auto square = [&](std::size_t c) { return (mean[c] - own[c]) * (mean[c] - own[c]); };
+            const float distance = square(0) + square(2) + square(1); // the same for blue first
             const double weight = (reach - std::abs(i - fx)) * (reach - std::abs(j - fy)) *
                                   static_cast<double>(std::exp(-distance / (2 * sigma * sigma)) + least);
             take(weight, *pixel_at(depth_, u, v));
