@@ -52,11 +52,11 @@ def value_of(given):
 
 def curve(values, end, slope, offset, factor, power):
     """The curves of sRGB: a line up to an end, and then a power. Parts of the image stay in a cache."""
-    made = torch.empty_like(values)
-    at_end = torch.tensor([end]).add_(offset).mul_(factor).pow_(power)
-    for part, of in zip(made.split(32), values.split(32)):
-        torch.clamp(of, max=end, out=part).mul_(slope)
-        part += of.clamp(min=end).add_(offset).mul_(factor).pow_(power).sub_(at_end)
+    made, shift = torch.empty_like(values), torch.tensor(offset * factor)
+    at_end = torch.add(shift, torch.tensor([end]), alpha=factor).log2_().mul_(power).exp2_()
+    for part, of in zip(made.split(64), values.split(64)):
+        beyond = torch.add(shift, of.clamp(min=end), alpha=factor).log2_().mul_(power).exp2_().sub_(at_end)
+        torch.add(beyond, of.clamp(max=end), alpha=slope, out=part)
     return made
 
 

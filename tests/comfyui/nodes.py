@@ -210,7 +210,7 @@ def check_metric(module):
     seen = program("ssao", flat, *camera, "--radius", "4", "--thickness", "silhouette").nan_to_num(1)
     darker = pictured(light * seen[..., None])
     check(same(node("Occlusion", image=image, depth=z, fov_x_deg=70.0, radius=4.0, quality="balanced", thickness_choice="silhouette"), darker, seen[None])
-          and seen.min() < 0.9, "Occlusion: the program's bits")
+          and seen.min() < 0.95, "Occlusion: the program's bits")
     seen = fathom.upsample_along_edges(program("ssao", half, *camera, "--radius", "4").numpy(), light.numpy())
     seen = torch.from_numpy(seen).nan_to_num(1)
     check(same(node("Occlusion", image=image, depth=z[:, ::2, ::2], fov_x_deg=70.0, radius=4.0, jitter="by quality"),
