@@ -140,7 +140,7 @@ TEST_CASE("doubts: mistakes are told of an image and of a sample of it, and what
     check_silent(camera_of(Encoding::window), host(buffer, Storage::float32));
     check_told(camera_of(Encoding::view_z), host(buffer, Storage::float32),
                "flat if the values are depth-buffer values");
-    check_silent(camera_of(Encoding::view_z), host(image<float>([](double) { return 1; }), Storage::float32));
+    check_silent(camera_of(Encoding::view_z), host(image<float>([](double) { return 1.0; }), Storage::float32));
 
     Camera from_near = camera_of(Encoding::view_z);
     from_near.near_plane = 1;

@@ -352,7 +352,8 @@ Doubt unit_doubt(const Subject& subject, bool distances) {
 // Values of a depth buffer as distances.
 Doubt buffer_doubt(const Subject& subject) {
     const Look& look = subject.look;
-    if (subject.camera.scale != 1 || look.surfaces() == 0 || look.farthest != 1 || !(look.nearest > 0) || look.nearest == 1)
+    if (subject.camera.scale != 1 || look.surfaces() == 0 || look.farthest != 1 ||
+        !(look.nearest > 0 && look.nearest < 1))
         return std::nullopt;
     const StoredStatistics found = statistics_of(subject);
     if (!(found.percentiles[1] > mostly_far))
