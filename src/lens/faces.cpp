@@ -28,6 +28,8 @@ constexpr double most_pixels = 1.4;   // of a face, over those of its block that
 constexpr int places = 64;            // in a row and a column of a block that are looked at
 constexpr int around = 4;             // pixels around a block's rays in the face: of the interpolation and the filter
 constexpr double least_part_ahead = 0.05; // of a ray before a face
+constexpr int besides = 12;           // pixels around them where blocks pass over into each other, and of the filter
+constexpr int columns_at_once = 64;   // of ssao, from multiples of it on: as wide as its blocks
 constexpr double nearest_pixel = 0.2; // that a position may be off, in pixels of the face
 
 double radians(double degrees) {
@@ -134,6 +136,10 @@ Seen seen_by_face(const CameraLens& lens, const PixelBox& block, bool along_axis
     }
     const double farthest = std::max({-left, most_right, -top, bottom, std::tan(radians(outermost))});
     face.half = (static_cast<int>(std::ceil(farthest * face.focal)) / unit + 2) * unit;
+    // What is needed begins with a column of blocks, or just behind.
+    const int before = (face.half + static_cast<int>(std::floor(left * face.focal)) - besides) % columns_at_once;
+    if (before >= unit)
+        face.half += (columns_at_once - before + unit - 1) / unit * unit;
     const auto column = [&](double tangent) { return static_cast<int>(std::floor(face.half + tangent * face.focal)); };
     face.inner = {std::max(column(left) - around, 0), std::max(column(top) - around, 0),
                   std::min(column(most_right) + around + 1, 2 * face.half),
@@ -225,7 +231,7 @@ struct Covered {
         const auto last = [&](double tangents) {
             return std::clamp(-down_to(-(face.half + tangents * face.focal + beyond)), 0, size);
         };
-        return {first(left), first(top), last(right), last(bottom)};
+        return {first(left) / columns_at_once * columns_at_once, first(top), last(right), last(bottom)};
     }
 };
 
@@ -291,7 +297,6 @@ std::vector<FaceTile> tiles_of(const CameraLens& lens, const Face& face) {
 }
 
 FaceBlocks blocks_of(const Face& face, const std::vector<FaceTile>& tiles, int size) {
-    constexpr int besides = 16; // pixels: of the interpolation, the filter, and where blocks pass over into each other
     const int columns = (2 * face.half + size - 1) / size;
     FaceBlocks blocks{columns, std::vector<std::uint32_t>(static_cast<std::size_t>(columns) * columns)};
     const auto block = [&](double tangent, int more) {
