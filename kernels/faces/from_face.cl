@@ -6,6 +6,8 @@
 #include "faces/face.h"
 #include "ssao/upsampled.h"
 
+typedef float2 __attribute__((aligned(4))) float2_lanes;
+
 KERNEL void from_face(__global const float* planes, __global const float* depth, __global const float* results,
                       __global float* target, const grid_params grid, const face_params p,
                       const from_face_params from LENS_ARGUMENTS) {
@@ -34,7 +36,7 @@ KERNEL void from_face(__global const float* planes, __global const float* depth,
         (row_of - from.first_row) * (int)from.stride + CHANNELS * (column_of - from.first_column);
     for (int i = 0; i < V; ++i) {
         __global const float* const its = depth + ((const int*)&at_depth)[i];
-        const float2 above = vload2(0, its), below = vload2(0, its + p.stride);
+        const float2 above = *(__global const float2_lanes*)its, below = *(__global const float2_lanes*)(its + p.stride);
         seen[0][i] = above.x;
         seen[1][i] = above.y;
         seen[2][i] = below.x;
