@@ -69,11 +69,13 @@ KERNEL void onto_face(__global const uint* tiles, __global const float* nodes, _
     const uint x = (uint)get_global_id(0) * V, y = (uint)get_global_id(1);
     if (x >= p.columns)
         return;
+#if V > 1 && CLANG_BUILTINS
     if (x + AHEAD < p.columns) {
         const int_lanes next = seen_from(tiles, nodes, &p, x + AHEAD, y);
         for (int i = 0; i < V; ++i)
             PREFETCH(planes + 4 * (size_t)max(((const int*)&next)[i], 0));
     }
+#endif
     const intV seen = seen_from(tiles, nodes, &p, x, y);
 #if ONTO != 0
     const int_lanes numbers = seen;

@@ -21,12 +21,12 @@ namespace {
 
 using Vector = Eigen::Vector3d;
 
-constexpr int unit = 16;              // pixels that blocks and parts of faces are multiples of
-constexpr double steepest = 50;       // degrees from a face's axis to the rays of its block
-constexpr double outermost = 75;      // degrees to the end of a face's image
-constexpr double most_pixels = 1.4;   // of a face, over those of its block that have rays
-constexpr int places = 64;            // in a row and a column of a block that are looked at
-constexpr int around = 4;             // pixels around a block's rays in the face: of the interpolation and the filter
+constexpr int unit = 16;            // pixels that blocks and parts of faces are multiples of
+constexpr double steepest = 50;     // degrees from a face's axis to the rays of its block
+constexpr double outermost = 75;    // degrees to the end of a face's image
+constexpr double most_pixels = 1.4; // of a face, over those of its block that have rays
+constexpr int places = 64;          // in a row and a column of a block that are looked at
+constexpr int around = 4;           // pixels around a block's rays in the face: of the interpolation and the filter
 constexpr double least_part_ahead = 0.05; // of a ray before a face
 constexpr int besides = 12;           // pixels around them where blocks pass over into each other, and of the filter
 constexpr int columns_at_once = 64;   // of ssao, from multiples of it on: as wide as its blocks
@@ -237,8 +237,7 @@ struct Covered {
 
 Covered inner_of(const Face& face) {
     const auto tangent = [&](int pixel) { return (pixel - face.half) / face.focal; };
-    return {-tangent(face.inner.left), -tangent(face.inner.top), tangent(face.inner.right),
-            tangent(face.inner.bottom)};
+    return {-tangent(face.inner.left), -tangent(face.inner.top), tangent(face.inner.right), tangent(face.inner.bottom)};
 }
 
 } // namespace

@@ -47,8 +47,8 @@ struct OnFace {
 struct Workspace {
     runtime::Scratch scratch;
     PassBytes bytes;
-    const StoredDepth& whole;               ///< whose sides the tables are made for
-    const OnFace* face; ///< if there is one
+    const StoredDepth& whole;    ///< whose sides the tables are made for
+    const OnFace* face;          ///< if there is one
     std::array<Image, 3> planes; ///< fronts, backs and slopes, in turn of all pixels and of those at half resolution
 };
 

@@ -225,13 +225,11 @@ private:
         found.rows = ((image.bottom - 1) >> shift) - found.row + 1;
         runtime::Scratch scratch(device_);
         const Image nearest = scratch.image(Element::f32, {found.columns, found.rows});
-        params::grid_params grid = grid_parameters({depth, stored_.camera, Storage::float32, stored_.x, stored_.y},
-                                                   nearest, 0, found.columns);
-        runtime::launch(device_,
-                        runtime::kernel(device_, "nearest_tiles",
-                                        {{"V", device_.options().vector_width}, {"STREAM", 0}}),
-                        {static_cast<std::size_t>(found.columns), static_cast<std::size_t>(found.rows)}, depth, nearest,
-                        grid);
+        params::grid_params grid =
+            grid_parameters({depth, stored_.camera, Storage::float32, stored_.x, stored_.y}, nearest, 0, found.columns);
+        runtime::launch(
+            device_, runtime::kernel(device_, "nearest_tiles", {{"V", device_.options().vector_width}, {"STREAM", 0}}),
+            {static_cast<std::size_t>(found.columns), static_cast<std::size_t>(found.rows)}, depth, nearest, grid);
         found.values.resize(static_cast<std::size_t>(found.columns) * static_cast<std::size_t>(found.rows));
         nearest.download(found.values.data());
         return found;
