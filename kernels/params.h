@@ -188,6 +188,13 @@ typedef struct {
 } from_face_params;
 PARAMS(from_face_params, 72)
 
+// Of the blocks of a face's whole image.
+typedef struct {
+    u32 columns;
+    u32 reserved;
+} face_block_params;
+PARAMS(face_block_params, 8)
+
 // What tells how far a tangent plane may be off.
 typedef struct {
     float radius;

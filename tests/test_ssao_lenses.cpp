@@ -6,6 +6,8 @@
 #include "lenses.hpp"
 #include "test_device.hpp"
 
+#include "lens/camera_lens.hpp"
+#include "lens/faces.hpp"
 #include "scene/scene.hpp"
 
 #include <fathom/fathom.hpp>
@@ -26,6 +28,11 @@ namespace {
 constexpr double over_pinholes = 0.002, of_spheres = 0.003; // 0.0024 was measured, why is not known
 // Between a panorama and the same one turned.
 constexpr double turning = 0.01;
+// Between a lens and a map of its rays, whose faces lie elsewhere by parts of a pixel.
+constexpr double mapping = 0.002;
+// From a pixel to the next across the border of two blocks, on smooth surfaces where the turned panorama has less than `no_step`:
+// what 99.8 % of them keep to, and all of them.
+constexpr double step_at_border = 0.01, largest_step_at_border = 0.012, no_step = 0.002;
 
 const float no_depth = std::numeric_limits<float>::quiet_NaN();
 
@@ -260,6 +267,173 @@ TEST_CASE("ssao lenses: turning a panorama changes little", "[ssao][lens]") {
                         mean.root());
             CHECK(mean.root() <= turning);
         }
+    }
+}
+
+namespace {
+
+// Which block of the lens's image each pixel lies in.
+std::vector<int> blocks_of_pixels(const Camera& camera) {
+    std::vector<int> blocks(static_cast<std::size_t>(camera.width * camera.height));
+    int count = 0;
+    for (const lens::Face& face : lens::faces_of(lens::CameraLens(camera), camera.width, camera.height, false)) {
+        for (int y = face.block.top; y < face.block.bottom; ++y)
+            for (int x = face.block.left; x < face.block.right; ++x)
+                blocks[static_cast<std::size_t>(y * camera.width + x)] = count;
+        ++count;
+    }
+    return blocks;
+}
+
+} // namespace
+
+TEST_CASE("ssao lenses: no step shows where two blocks meet", "[ssao][lens]") {
+    const Device device = test_device();
+    const Camera camera = panorama(1024);
+    const std::vector<int> blocks = blocks_of_pixels(camera);
+    constexpr int columns = 37, around = 2;
+    constexpr double flat = 0.005; // of inverse depth, relative: how much it may bend from pixel to pixel
+    const Eigen::Matrix3d turn =
+        Eigen::AngleAxisd(-2 * std::numbers::pi * columns / camera.width, Vector3d::UnitY()).toRotationMatrix();
+    for (const char* name : {"room", "corridor", "spheres"}) {
+        const scene::Scene scene = scene::named(name);
+        const Seen straight = seen_by(scene, camera), turned = seen_by(scene, camera, turn);
+        const auto visible = [&](const Seen& seen) {
+            return images::floats(
+                ssao(depth_of(device, camera, seen.depth), 0.4, {.sampling = Sampling{.quality = Quality::accurate}})
+                    .visibility);
+        };
+        const std::vector<float> one = visible(straight), other = visible(turned);
+        const auto at = [&](int x, int y) {
+            return static_cast<std::size_t>(y * camera.width + (x + 2 * camera.width) % camera.width);
+        };
+        const auto bends = [&](int x, int y, int dx, int dy) {
+            const auto inverse = [&](int i) {
+                return 1 / static_cast<double>(straight.depth[at(x + i * dx, y + i * dy)]);
+            };
+            return !(std::abs(inverse(1) + inverse(-1) - 2 * inverse(0)) < flat * inverse(0));
+        };
+        const auto is_smooth = [&](int x, int y) {
+            for (int j = -around; j <= around + 1; ++j)
+                for (int i = -around; i <= around + 1; ++i)
+                    if (bends(x + i, y + j, 1, 0) || bends(x + i, y + j, 0, 1))
+                        return false;
+            return true;
+        };
+        std::vector<double> steps;
+        for (int y = around + 1; y + around + 2 < camera.height; ++y)
+            for (int x = 0; x < camera.width; ++x)
+                for (const auto& [dx, dy] : {std::pair{1, 0}, {0, 1}}) {
+                    const std::size_t here = at(x, y), next = at(x + dx, y + dy), there = at(x - columns, y),
+                                      behind = at(x - columns + dx, y + dy);
+                    if (blocks[here] == blocks[next] || blocks[there] != blocks[behind] || !is_smooth(x, y) ||
+                        !(std::abs(other[behind] - other[there]) <= no_step))
+                        continue;
+                    steps.push_back(std::abs(static_cast<double>(one[next]) - static_cast<double>(one[here])));
+                }
+        std::ranges::sort(steps);
+        REQUIRE(steps.size() > 1000);
+        const double nearly_all = steps[steps.size() * 998 / 1000];
+        std::printf("borders of blocks in %-8s: %zu steps, 99.8 %% of them at most %.4f, all %.4f\n", name,
+                    steps.size(), nearly_all, steps.back());
+        CHECK(nearly_all <= step_at_border);
+        CHECK(steps.back() <= largest_step_at_border);
+    }
+}
+
+TEST_CASE("ssao lenses: a part of a face holds the spheres around its pixels, and its blocks hold the pixels",
+          "[ssao][lens]") {
+    constexpr int block = 64, apart_px = 5, beside = 10; // pixels: as far as blocks pass over into each other
+    constexpr double outermost = 75 * std::numbers::pi / 180;
+    for (const auto& [name, camera] : lens_subjects()) {
+        const lens::CameraLens lens(camera);
+        const std::vector<PixelRay> rays = all_rays(camera);
+        const auto sine_at = [](int x, int y) {
+            return 0.02 + 0.4 * ((7 * x + 13 * y) % 97) / 97 * ((x / 50 + y / 50) % 3) / 2;
+        };
+        long outside = 0, not_needed = 0, all = 0;
+        for (const lens::Face& face : lens::faces_of(lens, camera.width, camera.height, false)) {
+            const std::vector<lens::FaceTile> tiles = lens::tiles_of(lens, face);
+            std::vector<double> sines;
+            for (const lens::FaceTile& tile : tiles) {
+                double most = 0;
+                for (int y = 16 * tile.row; y < 16 * tile.row + 16; ++y)
+                    for (int x = 16 * tile.column; x < 16 * tile.column + 16; ++x)
+                        most = std::max(most, sine_at(x, y));
+                sines.push_back(most);
+            }
+            const lens::PixelBox part = lens::with_margin(face, tiles, sines);
+            const lens::FaceBlocks blocks = lens::blocks_of(face, tiles, block);
+            for (int y = face.block.top; y < face.block.bottom; y += apart_px)
+                for (int x = face.block.left; x < face.block.right; x += apart_px) {
+                    const PixelRay& ray = rays[static_cast<std::size_t>(y * camera.width + x)];
+                    if (!ray || !((face.turn * *ray).z() > 0.1))
+                        continue;
+                    const auto place = [&](const Vector3d& direction) {
+                        const Vector3d on = face.turn * direction;
+                        return Eigen::Vector2d(face.half + face.focal * on.x() / on.z(),
+                                               face.half + face.focal * on.y() / on.z());
+                    };
+                    const Eigen::Vector2d itself = place(*ray);
+                    for (const int j : {-beside, beside})
+                        for (const int i : {-beside, beside}) {
+                            const int column = static_cast<int>(itself.x() + i) / block,
+                                      row = static_cast<int>(itself.y() + j) / block;
+                            not_needed += column < 0 || row < 0 || column >= blocks.columns || row >= blocks.columns ||
+                                          !blocks.needed[static_cast<std::size_t>(row * blocks.columns + column)];
+                        }
+                    const Vector3d right = ray->unitOrthogonal(), down = ray->cross(right);
+                    const double sine = sine_at(x, y);
+                    for (int i = 0; i < 16; ++i) {
+                        const double angle = i * std::numbers::pi / 8;
+                        const Vector3d beyond = std::sqrt(1 - sine * sine) * *ray +
+                                                sine * (std::cos(angle) * right + std::sin(angle) * down);
+                        const Vector3d on = face.turn * beyond;
+                        if (!(on.z() > 0) ||
+                            std::max(std::abs(on.x()), std::abs(on.y())) > std::tan(outermost) * on.z())
+                            continue;
+                        const Eigen::Vector2d there = place(beyond);
+                        outside += there.x() < part.left || there.y() < part.top || there.x() > part.right ||
+                                   there.y() > part.bottom;
+                        ++all;
+                    }
+                }
+        }
+        INFO(name);
+        CHECK(all > 1000);
+        CHECK(outside == 0);
+        CHECK(not_needed == 0);
+    }
+}
+
+TEST_CASE("ssao lenses: a map of rays does what the lens does that it was made of", "[ssao][lens]") {
+    const Device device = test_device();
+    for (const auto& [name, camera] : lens_subjects()) {
+        if (name != "brown, k1 = -0.35" && name != "OpenCV's fisheye")
+            continue;
+        RayMap map{camera.width, camera.height, {}};
+        for (const PixelRay& ray : all_rays(camera))
+            for (int i = 0; i < 3; ++i)
+                map.rays.push_back(ray ? static_cast<float>((*ray)[i]) : 0);
+        Camera mapped = camera;
+        mapped.lens = lens_of_rays(map);
+        const Seen seen = seen_by(scene::room(), camera);
+        const auto visible = [&](const Camera& which) {
+            return images::floats(
+                ssao(depth_of(device, which, seen.depth), 0.4, {.sampling = Sampling{.quality = Quality::accurate}})
+                    .visibility);
+        };
+        const std::vector<float> one = visible(camera), other = visible(mapped);
+        Mean mean;
+        long wrong = 0;
+        for (std::size_t i = 0; i < one.size(); ++i) {
+            wrong += std::isnan(one[i]) != std::isnan(other[i]);
+            if (!std::isnan(one[i]) && !std::isnan(other[i]))
+                mean.add(static_cast<double>(one[i]) - static_cast<double>(other[i]), 1);
+        }
+        std::printf("map of the rays of %s: %.5f rms\n", name.c_str(), mean.root());
+        CHECK(wrong == 0);
+        CHECK(mean.root() <= mapping);
     }
 }
 

@@ -20,6 +20,29 @@ INLINE face_planeV face_plane(const face_params* p, floatV x, floatV y, floatV z
 #undef FACE_PART
 }
 
+// The planes of these pixels: their numbers, none of which is negative.
+typedef intV __attribute__((aligned(4))) int_lanes;
+INLINE face_planeV planes_at(__global const float* planes, intV pixels, const face_params* p) {
+    const int_lanes numbers = pixels;
+    const int* const at = (const int*)&numbers;
+#define PLANE_AT(i) *((__global const float4*)planes + at[i])
+#if V == 1
+    const float4 plane = PLANE_AT(0);
+    return face_plane(p, plane.x, plane.y, plane.z, plane.w);
+#else
+    float4 x[V / 4], y[V / 4], z[V / 4], q[V / 4];
+    for (int i = 0; i < V; i += 4) {
+        const float16 four = (float16)(PLANE_AT(i), PLANE_AT(i + 1), PLANE_AT(i + 2), PLANE_AT(i + 3));
+        x[i / 4] = four.s048c;
+        y[i / 4] = four.s159d;
+        z[i / 4] = four.s26ae;
+        q[i / 4] = four.s37bf;
+    }
+    return face_plane(p, *(const float_lanes*)x, *(const float_lanes*)y, *(const float_lanes*)z, *(const float_lanes*)q);
+#endif
+#undef PLANE_AT
+}
+
 // Inverse depth at (x, y), pixels from the axis: that of the plane, or of the pixel's distance.
 INLINE floatV on_face(const face_params* p, const face_planeV* plane, floatV x, floatV y) {
     const floatV found = fma(x, plane->right, fma(y, plane->down, plane->on_axis));

@@ -6,6 +6,8 @@
 #include "faces/face.h"
 #include "ssao/upsampled.h"
 
+typedef float2 __attribute__((aligned(4))) float2_lanes;
+
 KERNEL void from_face(__global const float* planes, __global const float* depth, __global const float* results,
                       __global float* target, const grid_params grid, const face_params p,
                       const from_face_params from LENS_ARGUMENTS) {
@@ -25,28 +27,29 @@ KERNEL void from_face(__global const float* planes, __global const float* depth,
                  top = min(floor(row), (floatV)(float)(from.last_row - 1));
     const floatV s = column - left, t = row - top;
 
-    float lanes[4][V], seen[4][V], values[4][CHANNELS][V];
-    const float_lanes lefts = left, tops = top;
+    float seen[4][V], values[4][CHANNELS][V];
+    const intV there = (left >= 0.0f) & (top >= 0.0f); // not where there is no ray
+    const intV column_of = select((intV)from.first_column, convert_intV(left), there);
+    const intV row_of = select((intV)from.first_row, convert_intV(top), there);
+    const int_lanes at_depth = row_of * (int)p.stride + column_of;
+    const int_lanes at_result =
+        (row_of - from.first_row) * (int)from.stride + CHANNELS * (column_of - from.first_column);
     for (int i = 0; i < V; ++i) {
-        const float4 plane = ((__global const float4*)planes)[(size_t)y * p.plane_stride + x + i];
-        lanes[0][i] = plane.x;
-        lanes[1][i] = plane.y;
-        lanes[2][i] = plane.z;
-        lanes[3][i] = plane.w;
-        const float here = ((const float*)&lefts)[i], above = ((const float*)&tops)[i];
-        const bool there = here >= 0.0f && above >= 0.0f; // not where there is no ray
-        const int a = there ? (int)here : from.first_column, b = there ? (int)above : from.first_row;
-        for (int k = 0; k < 4; ++k) {
-            const int at_x = a + (k & 1), at_y = b + (k >> 1);
-            seen[k][i] = depth[(size_t)at_y * p.stride + at_x];
-            for (int c = 0; c < CHANNELS; ++c)
-                values[k][c][i] = results[(size_t)(at_y - from.first_row) * from.stride +
-                                          CHANNELS * (at_x - from.first_column) + c];
+        __global const float* const its = depth + ((const int*)&at_depth)[i];
+        const float2 above = *(__global const float2_lanes*)its, below = *(__global const float2_lanes*)(its + p.stride);
+        seen[0][i] = above.x;
+        seen[1][i] = above.y;
+        seen[2][i] = below.x;
+        seen[3][i] = below.y;
+        __global const float* const result = results + ((const int*)&at_result)[i];
+        for (int c = 0; c < CHANNELS; ++c) {
+            values[0][c][i] = result[c];
+            values[1][c][i] = result[CHANNELS + c];
+            values[2][c][i] = result[from.stride + c];
+            values[3][c][i] = result[from.stride + CHANNELS + c];
         }
     }
-    const face_planeV plane =
-        face_plane(&p, *(const float_lanes*)lanes[0], *(const float_lanes*)lanes[1], *(const float_lanes*)lanes[2],
-                   *(const float_lanes*)lanes[3]);
+    const face_planeV plane = planes_at(planes, (intV)(int)(y * p.plane_stride + x) + LANE_INDEX(int), &p);
     const floatV face_x = left + p.first[0], face_y = top + p.first[1];
 #if OUTPUT != 2
     floatV whole = 0.0f;

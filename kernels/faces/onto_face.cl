@@ -4,8 +4,6 @@
 
 #include "faces/face.h"
 
-typedef intV __attribute__((aligned(4))) int_lanes;
-
 #ifndef ONTO
 #error "ONTO is not defined: 0 inverse depth, 1 a number of each pixel, 2 a second layer's inverse depth, 3 a direction"
 #endif
@@ -35,59 +33,59 @@ INLINE intV seen_at(floatV x, floatV y, const face_params* p) {
 #define BETWEEN(here, to_right, below, opposite, s, t)                                                                 \
     fma(t, fma(s, opposite - below, below) - fma(s, to_right - here, here), fma(s, to_right - here, here))
 
-KERNEL void onto_face(__global const uint* tiles, __global const float* nodes, __global const float* planes,
-                      __global const float* given, __global float* target, const face_params p,
-                      const onto_face_params onto) {
-    const uint x = (uint)get_global_id(0) * V, y = (uint)get_global_id(1), last = 15;
-    if (x >= p.columns)
-        return;
-    const uint tile = tiles[(y >> 4) * p.tiles + (x >> 4)];
+// The pixels of the depth that pixels x to x + V - 1 of row y of the part see: their numbers, or -1.
+INLINE intV seen_from(__global const uint* tiles, __global const float* nodes, const face_params* p, uint x, uint y) {
+    const uint last = 15, tile = tiles[(y >> 4) * p->tiles + (x >> 4)];
     const uint shift = tile & 7, stride = shift == 0 ? 16 : (16u >> shift) + 1;
     __global const float2* const row = (__global const float2*)nodes + (tile >> 3) + ((y & last) >> shift) * stride;
     const uint inside = x & last, mask = (1u << shift) - 1;
     const float unit = as_float((127 - shift) << 23), t = (float)(y & mask) * unit;
-    floatV at_x, at_y;
     if ((1u << shift) >= V && shift > 0) { // all in one cell
         __global const float2* const node = row + (inside >> shift);
         const floatV s = convert_floatV((uintV)(inside & mask) + LANE_INDEX(uint)) * unit;
         const float2 here = node[0], to_right = node[1], below = node[stride], opposite = node[stride + 1];
-        at_x = BETWEEN((floatV)here.x, (floatV)to_right.x, (floatV)below.x, (floatV)opposite.x, s, (floatV)t);
-        at_y = BETWEEN((floatV)here.y, (floatV)to_right.y, (floatV)below.y, (floatV)opposite.y, s, (floatV)t);
-    } else {
-        float places[2][V];
-        for (uint i = 0; i < V; ++i) {
-            __global const float2* const node = row + ((inside + i) >> shift);
-            float2 at = node[0];
-            if (shift > 0) {
-                const float2 s = (float2)((float)((inside + i) & mask) * unit);
-                at = BETWEEN(at, node[1], node[stride], node[stride + 1], s, (float2)(t));
-            }
-            places[0][i] = at.x;
-            places[1][i] = at.y;
-        }
-        at_x = *(const float_lanes*)places[0];
-        at_y = *(const float_lanes*)places[1];
+        return seen_at(BETWEEN((floatV)here.x, (floatV)to_right.x, (floatV)below.x, (floatV)opposite.x, s, (floatV)t),
+                       BETWEEN((floatV)here.y, (floatV)to_right.y, (floatV)below.y, (floatV)opposite.y, s, (floatV)t), p);
     }
-    const intV seen = seen_at(at_x, at_y, &p);
-    const int_lanes numbers = seen;
-    int at[V];
-    for (int i = 0; i < V; ++i)
-        at[i] = ((const int*)&numbers)[i];
-    float lanes[4][V];
+    float places[2][V];
     for (uint i = 0; i < V; ++i) {
-        const float4 plane = at[i] < 0 ? (float4)(NAN) : ((__global const float4*)planes)[at[i]];
-        lanes[0][i] = plane.x;
-        lanes[1][i] = plane.y;
-        lanes[2][i] = plane.z;
-        lanes[3][i] = plane.w;
+        __global const float2* const node = row + ((inside + i) >> shift);
+        float2 at = node[0];
+        if (shift > 0) {
+            const float2 s = (float2)((float)((inside + i) & mask) * unit);
+            at = BETWEEN(at, node[1], node[stride], node[stride + 1], s, (float2)(t));
+        }
+        places[0][i] = at.x;
+        places[1][i] = at.y;
     }
+    return seen_at(*(const float_lanes*)places[0], *(const float_lanes*)places[1], p);
+}
+
+#define AHEAD (4 * V) // pixels: their planes lie along a curve, which no processor foresees
+
+KERNEL void onto_face(__global const uint* tiles, __global const float* nodes, __global const float* planes,
+                      __global const float* given, __global float* target, const face_params p,
+                      const onto_face_params onto) {
+    const uint x = (uint)get_global_id(0) * V, y = (uint)get_global_id(1);
+    if (x >= p.columns)
+        return;
+#if V > 1 && CLANG_BUILTINS
+    if (x + AHEAD < p.columns) {
+        const int_lanes next = seen_from(tiles, nodes, &p, x + AHEAD, y);
+        for (int i = 0; i < V; ++i)
+            PREFETCH(planes + 4 * (size_t)max(((const int*)&next)[i], 0));
+    }
+#endif
+    const intV seen = seen_from(tiles, nodes, &p, x, y);
+#if ONTO != 0
+    const int_lanes numbers = seen;
+    const int* const at = (const int*)&numbers;
+#endif
     __global float* const to = target + onto.target_offset + (size_t)y * p.stride;
 #if ONTO == 0 || ONTO == 2
-    const face_planeV plane =
-        face_plane(&p, *(const float_lanes*)lanes[0], *(const float_lanes*)lanes[1], *(const float_lanes*)lanes[2],
-                   *(const float_lanes*)lanes[3]);
+    const face_planeV plane = planes_at(planes, max(seen, (intV)0), &p);
     const floatV column = convert_floatV((intV)(int)x + LANE_INDEX(int)) + p.first[0], here = (float)y + p.first[1];
-    floatV q = on_face(&p, &plane, column, here);
+    floatV q = select((floatV)NAN, on_face(&p, &plane, column, here), seen >= 0);
 #endif
 #if ONTO == 2
     float other[V];

@@ -21,12 +21,15 @@ namespace {
 
 using Vector = Eigen::Vector3d;
 
-constexpr int unit = 16;              // pixels that blocks and parts of faces are multiples of
-constexpr double steepest = 50;       // degrees from a face's axis to the rays of its block
-constexpr double outermost = 75;      // degrees to the end of a face's image
-constexpr double most_pixels = 1.4;   // of a face, over those of its block that have rays
-constexpr int places = 64;            // in a row and a column of a block that are looked at
-constexpr int around = 4;             // pixels around a block's rays in the face: of the interpolation and the filter
+constexpr int unit = 16;            // pixels that blocks and parts of faces are multiples of
+constexpr double steepest = 50;     // degrees from a face's axis to the rays of its block
+constexpr double outermost = 75;    // degrees to the end of a face's image
+constexpr double most_pixels = 1.4; // of a face, over those of its block that have rays
+constexpr int places = 64;          // in a row and a column of a block that are looked at
+constexpr int around = 4;           // pixels around a block's rays in the face: of the interpolation and the filter
+constexpr double least_part_ahead = 0.05; // of a ray before a face
+constexpr int besides = 12;           // pixels around them where blocks pass over into each other, and of the filter
+constexpr int columns_at_once = 64;   // of ssao, from multiples of it on: as wide as its blocks
 constexpr double nearest_pixel = 0.2; // that a position may be off, in pixels of the face
 
 double radians(double degrees) {
@@ -120,8 +123,8 @@ Seen seen_by_face(const CameraLens& lens, const PixelBox& block, bool along_axis
     for (const Vector& ray : rays.all()) {
         const Vector at = face.turn * ray;
         seen.angle = std::max(seen.angle, std::acos(std::clamp(at.z(), -1.0, 1.0)));
-        seen.ahead &= at.z() > 0.05;
-        if (!(at.z() > 0.05))
+        seen.ahead &= at.z() > least_part_ahead;
+        if (!(at.z() > least_part_ahead))
             continue;
         left = std::min(left, at.x() / at.z());
         most_right = std::max(most_right, at.x() / at.z());
@@ -133,6 +136,10 @@ Seen seen_by_face(const CameraLens& lens, const PixelBox& block, bool along_axis
     }
     const double farthest = std::max({-left, most_right, -top, bottom, std::tan(radians(outermost))});
     face.half = (static_cast<int>(std::ceil(farthest * face.focal)) / unit + 2) * unit;
+    // What is needed begins with a column of blocks, or just behind.
+    const int before = (face.half + static_cast<int>(std::floor(left * face.focal)) - besides) % columns_at_once;
+    if (before >= unit)
+        face.half += (columns_at_once - before + unit - 1) / unit * unit;
     const auto column = [&](double tangent) { return static_cast<int>(std::floor(face.half + tangent * face.focal)); };
     face.inner = {std::max(column(left) - around, 0), std::max(column(top) - around, 0),
                   std::min(column(most_right) + around + 1, 2 * face.half),
@@ -187,31 +194,118 @@ std::vector<Face> faces_of(const CameraLens& lens, int width, int height, bool a
     return faces;
 }
 
-PixelBox with_margin(const Face& face, double sine) {
-    // In steps, so that the frames of a sequence share what is made for a part.
-    constexpr double steps = 48;
-    sine = std::ceil(sine * steps) / steps;
-    // Of a direction with the tangents (a, b), the planes through the other axis that touch the sphere around it stand
-    // asin(sine / cos) from its own, cos = sqrt((1 + a^2) / (1 + a^2 + b^2)).
-    constexpr int beyond = 20; // pixels: slopes, samples between pixels, the filter and what is interpolated
+namespace {
+
+constexpr double steps_of_sine = 48; // so that the frames of a sequence share what is made for a part
+constexpr int beyond = 20;           // pixels: slopes, samples between pixels, the filter and what is interpolated
+
+// What spheres cover outwards, in tangents.
+struct Covered {
+    double left, top, right, bottom;
+
+    // Around directions between these tangents.
+    void add(const FaceTile& tile, double sine) {
+        sine = std::ceil(sine * steps_of_sine) / steps_of_sine;
+        // Of a direction with the tangents (a, b), the planes through the other axis that touch the sphere around it stand
+        // asin(sine / cos) from its own, cos = sqrt((1 + a^2) / (1 + a^2 + b^2)).
+        const auto end = [&](double a, double b) { // a outwards
+            const double most = std::tan(radians(outermost)), part = sine * sine * (1 + a * a + b * b) / (1 + a * a);
+            if (part >= 1)
+                return std::max(most, a);
+            const double tangent = std::sqrt(part / (1 - part));
+            return std::max(a * tangent < 1 ? std::min((a + tangent) / (1 - a * tangent), most) : most, a);
+        };
+        const double aside = std::max(-tile.left, tile.right), above = std::max(-tile.top, tile.bottom);
+        left = std::max(left, end(-tile.left, above));
+        top = std::max(top, end(-tile.top, aside));
+        right = std::max(right, end(tile.right, above));
+        bottom = std::max(bottom, end(tile.bottom, aside));
+    }
+
+    PixelBox pixels_of(const Face& face) const {
+        const auto down_to = [](double pixel) { return static_cast<int>(std::floor(pixel / unit)) * unit; };
+        const int size = 2 * face.half;
+        const auto first = [&](double tangents) {
+            return std::clamp(down_to(face.half - tangents * face.focal - beyond), 0, size);
+        };
+        const auto last = [&](double tangents) {
+            return std::clamp(-down_to(-(face.half + tangents * face.focal + beyond)), 0, size);
+        };
+        return {first(left) / columns_at_once * columns_at_once, first(top), last(right), last(bottom)};
+    }
+};
+
+Covered inner_of(const Face& face) {
     const auto tangent = [&](int pixel) { return (pixel - face.half) / face.focal; };
-    const double left = tangent(face.inner.left), right = tangent(face.inner.right), top = tangent(face.inner.top),
-                 bottom = tangent(face.inner.bottom);
-    const auto end = [&](double a, double b) { // a > 0 outwards
-        const double cosine = std::sqrt((1 + a * a) / (1 + a * a + b * b)), part = sine / cosine;
-        const double angle = std::atan(a) + (part < 1 ? std::asin(part) : std::numbers::pi / 2);
-        return std::tan(std::max(std::min(angle, radians(outermost)), std::atan(a)));
+    return {-tangent(face.inner.left), -tangent(face.inner.top), tangent(face.inner.right), tangent(face.inner.bottom)};
+}
+
+} // namespace
+
+PixelBox with_margin(const Face& face, double sine) {
+    Covered covered = inner_of(face);
+    covered.add({0, 0, -covered.left, -covered.top, covered.right, covered.bottom}, sine);
+    return covered.pixels_of(face);
+}
+
+PixelBox with_margin(const Face& face, const std::vector<FaceTile>& tiles, const std::vector<double>& sines) {
+    Covered covered = inner_of(face);
+    for (std::size_t i = 0; i < tiles.size(); ++i)
+        covered.add(tiles[i], sines[i]);
+    return covered.pixels_of(face);
+}
+
+std::vector<FaceTile> tiles_of(const CameraLens& lens, const Face& face) {
+    constexpr double infinite = std::numeric_limits<double>::infinity();
+    std::vector<FaceTile> tiles;
+    for (int top = face.block.top; top < face.block.bottom; top += unit)
+        for (int left = face.block.left; left < face.block.right; left += unit) {
+            const int right = std::min(left + unit, face.block.right), bottom = std::min(top + unit, face.block.bottom);
+            FaceTile tile{left / unit, top / unit, infinite, infinite, -infinite, -infinite};
+            bool all = true;
+            const auto look = [&](int x, int y) {
+                const auto ray = lens.direction(x + 0.5, y + 0.5);
+                all &= ray.has_value();
+                if (!ray)
+                    return;
+                const Vector at = face.turn * *ray;
+                if (!(at.z() > least_part_ahead))
+                    return;
+                tile.left = std::min(tile.left, at.x() / at.z());
+                tile.right = std::max(tile.right, at.x() / at.z());
+                tile.top = std::min(tile.top, at.y() / at.z());
+                tile.bottom = std::max(tile.bottom, at.y() / at.z());
+            };
+            for (const int y : {top, (top + bottom) / 2, bottom - 1})
+                for (const int x : {left, (left + right) / 2, right - 1})
+                    look(x, y);
+            if (!all) { // where rays end, all around the tile
+                for (int x = left; x < right; ++x) {
+                    look(x, top);
+                    look(x, bottom - 1);
+                }
+                for (int y = top; y < bottom; ++y) {
+                    look(left, y);
+                    look(right - 1, y);
+                }
+            }
+            if (tile.left <= tile.right)
+                tiles.push_back(tile);
+        }
+    return tiles;
+}
+
+FaceBlocks blocks_of(const Face& face, const std::vector<FaceTile>& tiles, int size) {
+    const int columns = (2 * face.half + size - 1) / size;
+    FaceBlocks blocks{columns, std::vector<std::uint32_t>(static_cast<std::size_t>(columns) * columns)};
+    const auto block = [&](double tangent, int more) {
+        return std::clamp(static_cast<int>(face.half + tangent * face.focal + more) / size, 0, columns - 1);
     };
-    const double aside = std::max(std::abs(left), std::abs(right)), above = std::max(std::abs(top), std::abs(bottom));
-    const auto down_to = [](double pixel) { return static_cast<int>(std::floor(pixel / unit)) * unit; };
-    const int size = 2 * face.half;
-    const auto first = [&](double tangents) {
-        return std::clamp(down_to(face.half - tangents * face.focal - beyond), 0, size);
-    };
-    const auto last = [&](double tangents) {
-        return std::clamp(-down_to(-(face.half + tangents * face.focal + beyond)), 0, size);
-    };
-    return {first(end(-left, above)), first(end(-top, aside)), last(end(right, above)), last(end(bottom, aside))};
+    for (const FaceTile& tile : tiles)
+        for (int row = block(tile.top, -besides); row <= block(tile.bottom, besides); ++row)
+            for (int column = block(tile.left, -besides); column <= block(tile.right, besides); ++column)
+                blocks.needed[static_cast<std::size_t>(row * columns + column)] = 1;
+    return blocks;
 }
 
 namespace {

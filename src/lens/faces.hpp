@@ -34,6 +34,25 @@ std::vector<Face> faces_of(const CameraLens& lens, int width, int height, bool a
 /// whose radius is `sine` times its distance, and at most where the face ends.
 PixelBox with_margin(const Face& face, double sine);
 
+/// What a tile of 16 x 16 pixels of the lens's image covers of a face, in tangents of the angles from its axis. Tiles without rays
+/// are left out.
+struct FaceTile {
+    int column, row; ///< of the tile in the lens's image
+    double left, top, right, bottom;
+};
+std::vector<FaceTile> tiles_of(const CameraLens& lens, const Face& face);
+
+/// The same with a margin of each tile's own: `sines` in the order of `tiles`.
+PixelBox with_margin(const Face& face, const std::vector<FaceTile>& tiles, const std::vector<double>& sines);
+
+/// Squares of so many pixels of a face's image, from its first pixel on, by rows: 1 where results are needed for the lens's pixels,
+/// 0 elsewhere.
+struct FaceBlocks {
+    int columns;
+    std::vector<std::uint32_t> needed;
+};
+FaceBlocks blocks_of(const Face& face, const std::vector<FaceTile>& tiles, int size);
+
 /// Which pixel position of the lens's image each pixel of a part of a face sees: tiles of 16 x 16 pixels with nodes every h pixels,
 /// between which they are bilinear. NaN where the lens sees nothing.
 struct FacePositions {

@@ -14,6 +14,8 @@ namespace {
 // call at the same time leave as many each.
 constexpr std::size_t most_kept = 12;
 
+constexpr std::size_t large = std::size_t{1} << 16; // bytes, for which it matters whether memory is new
+
 } // namespace
 
 Scratch::Scratch(const Device& device) : device_(device) {
@@ -37,9 +39,10 @@ Scratch::~Scratch() {
 }
 
 // Takes a buffer of this size from the pool, or, if that is large, the smallest one that fits and is not far too large: what
-// `dof` needs differs from frame to frame, and new memory costs as much as its kernels. A budget leaves no room for that.
+// `dof` needs differs from frame to frame, and what `ssao` needs from face to face of a lens, and new memory costs as much as
+// kernels. A budget leaves no room for that.
 bool Scratch::take(std::size_t size) {
-    const std::size_t most_times = size >= huge_page && device_.options().memory_budget == 0 ? 5 : 1;
+    const std::size_t most_times = size >= large && device_.options().memory_budget == 0 ? 5 : 1;
     const auto lock = locked(device_.state().mutex);
     auto& pool = device_.state().scratch;
     auto found = pool.end();

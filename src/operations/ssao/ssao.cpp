@@ -117,11 +117,11 @@ void check_results(const StoredDepth& stored, const Occlusion& given, const Ssao
 } // namespace
 
 void occlude_in_bands(const StoredDepth& stored, double radius, const SsaoOptions& options,
-                      const std::vector<Wanted>& results, const std::optional<InverseDepthError>& error) {
+                      const std::vector<Wanted>& results, const OnFace* face) {
     const Region region = region_of(stored, options);
     const int width = stored.image.width();
     const SsaoPlan plan = ssao_plan(stored, radius, options);
-    Workspace workspace{runtime::Scratch(stored.image.device()), plan.bytes, stored, error, {}};
+    Workspace workspace{runtime::Scratch(stored.image.device()), plan.bytes, stored, face, {}};
     const std::size_t elements = plane_bytes(stored, options, most_read(plan.bands)) / sizeof(float);
     for (Image& plane : workspace.planes)
         plane = workspace.scratch.image(Element::f32, {static_cast<int>(elements), 1});

@@ -66,7 +66,8 @@ Call::Call(const StoredDepth& depth, double length, const SsaoOptions& asked, Wo
 
 params::occlusion_params Call::parameters(const PixelLattice& pixels) const {
     return occlusion_parameters(stored.camera, rays_of(rays, pixels),
-                                workspace.error ? *workspace.error : inverse_depth_error(stored.camera, stored.storage),
+                                workspace.face ? workspace.face->error
+                                               : inverse_depth_error(stored.camera, stored.storage),
                                 radius, options, table->sizes);
 }
 

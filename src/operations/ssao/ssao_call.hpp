@@ -8,7 +8,6 @@
 
 #include <array>
 #include <memory>
-#include <optional>
 #include <vector>
 
 namespace fathom {
@@ -37,12 +36,19 @@ struct DeviceSlices {
     std::size_t bytes() const { return 4 * static_cast<std::size_t>(taps.count + turns.count + counts.count); }
 };
 
+/// Depth on a face of a lens, where it differs from depth as it is stored.
+struct OnFace {
+    InverseDepthError error;
+    Image blocks; ///< Of the face's whole image: which are needed, see kernels/faces/face_blocks.cl.
+    int columns;  ///< of them
+};
+
 /// What the bands of a call share.
 struct Workspace {
     runtime::Scratch scratch;
     PassBytes bytes;
-    const StoredDepth& whole;               ///< whose sides the tables are made for
-    std::optional<InverseDepthError> error; ///< of the depth, if it is not that of its storage
+    const StoredDepth& whole;    ///< whose sides the tables are made for
+    const OnFace* face;          ///< if there is one
     std::array<Image, 3> planes; ///< fronts, backs and slopes, in turn of all pixels and of those at half resolution
 };
 
@@ -118,8 +124,8 @@ void add_up(Call& call, const Planes& planes, const std::vector<Wanted>& results
 void occlude(Workspace& workspace, const StoredDepth& stored, double radius, const SsaoOptions& options,
              const std::vector<Wanted>& results);
 
-/// The same in bands, as the device's budget asks. `error`: of inverse depth, if it is not that of the storage.
+/// The same in bands, as the device's budget asks.
 void occlude_in_bands(const StoredDepth& stored, double radius, const SsaoOptions& options,
-                      const std::vector<Wanted>& results, const std::optional<InverseDepthError>& error = {});
+                      const std::vector<Wanted>& results, const OnFace* face = nullptr);
 
 } // namespace fathom

@@ -30,20 +30,43 @@ using lens::PixelBox;
 // of the place where the face looks.
 constexpr float plane_roundings = 16 * 0x1p-24f;
 
+// A face, and what of it the lens's pixels cover.
+struct CoveredFace {
+    Face face;
+    std::vector<lens::FaceTile> tiles;
+    runtime::Table blocks;
+    int block_columns;
+
+    std::size_t bytes() const {
+        return sizeof(CoveredFace) + tiles.size() * sizeof(lens::FaceTile) + 4 * static_cast<std::size_t>(blocks.count);
+    }
+};
+
 struct LensFaces {
     static constexpr const char* name = "faces";
 
-    std::vector<Face> all;
+    std::vector<CoveredFace> all;
     std::shared_ptr<const RayMap> map;
 
-    std::size_t bytes() const { return all.size() * sizeof(Face); }
+    std::size_t bytes() const {
+        std::size_t sum = 0;
+        for (const CoveredFace& each : all)
+            sum += each.bytes();
+        return sum;
+    }
 };
 
 std::shared_ptr<const LensFaces> faces_for(const Device& device, const Camera& camera) {
     const bool along_axis = counted_along(camera) == Along::axis;
     return runtime::kept<LensFaces>(device, lens_key(camera, along_axis), [&] {
-        return std::make_shared<const LensFaces>(LensFaces{
-            lens::faces_of(lens::CameraLens(camera), camera.width, camera.height, along_axis), camera.lens->map});
+        const lens::CameraLens lens(camera);
+        LensFaces faces{{}, camera.lens->map};
+        for (const Face& face : lens::faces_of(lens, camera.width, camera.height, along_axis)) {
+            const std::vector<lens::FaceTile> tiles = lens::tiles_of(lens, face);
+            const lens::FaceBlocks blocks = lens::blocks_of(face, tiles, 1 << params::ssao_block_shift);
+            faces.all.push_back({face, tiles, runtime::table(device, Element::u32, blocks.needed), blocks.columns});
+        }
+        return std::make_shared<const LensFaces>(std::move(faces));
     });
 }
 
@@ -89,6 +112,7 @@ double sine_of(double radius, const SsaoOptions& options, double nearest) {
 struct FaceCall {
     const Face& face;
     PixelBox part;
+    const CoveredFace* covered = nullptr; // not where only bytes are counted
 
     Layout layout(int channels = 1) const { return {part.width(), part.height(), channels}; }
 
@@ -159,15 +183,12 @@ public:
         // In the camera's image.
         const PixelBox wanted{stored_.x + region.x, stored_.y + region.y, stored_.x + region.x + region.width,
                               stored_.y + region.y + region.height};
-        std::vector<const Face*> needed;
-        for (const Face& face : faces_->all)
-            if (!is_empty(common(face.block, wanted)))
-                needed.push_back(&face);
         const Image depth = inverse_depth(scratch_, stored_);
-        const std::vector<float> nearest = nearest_in_blocks(depth, needed);
+        const NearestTiles nearest = nearest_in_tiles(depth);
         std::vector<FaceCall> calls;
-        for (std::size_t i = 0; i < needed.size(); ++i)
-            calls.push_back({*needed[i], lens::with_margin(*needed[i], sine_of(radius_, options_, nearest[i]))});
+        for (const CoveredFace& each : faces_->all)
+            if (!is_empty(common(each.face.block, wanted)))
+                calls.push_back({each.face, part_of_face(each, nearest), &each});
         require_budget(calls);
         make_planes(depth);
         for (const FaceCall& call : calls)
@@ -185,31 +206,40 @@ private:
         return {stored_.x, stored_.y, stored_.x + stored_.image.width(), stored_.y + stored_.image.height()};
     }
 
-    // Inverse distance of the nearest surface of each block.
-    std::vector<float> nearest_in_blocks(const Image& depth, const std::vector<const Face*>& needed) {
-        const int height = stored_.image.height();
-        const Image nearest = scratch_.image(Element::f32, {height, static_cast<int>(needed.size())});
-        runtime::Kernel& kernel =
-            runtime::kernel(device_, "nearest_rows", {{"V", device_.options().vector_width}, {"STREAM", 0}});
-        for (std::size_t i = 0; i < needed.size(); ++i) {
-            const PixelBox block = common(needed[i]->block, in_image());
-            const int x = block.left - stored_.x, y = block.top - stored_.y;
-            params::grid_params grid{};
-            grid.source_offset = depth.offset() + static_cast<std::size_t>(y) * depth.row_stride() + to_u32(x);
-            grid.source_stride = to_u32(depth.row_stride());
-            grid.x_end = to_u32(block.width());
-            grid.height = to_u32(block.height());
-            grid.y_begin = to_u32(i * nearest.row_stride());
-            runtime::launch(device_, kernel, {static_cast<std::size_t>(block.height()), 1}, depth, nearest, grid);
+    // Inverse distances of the nearest surfaces of tiles, from the one on that the depth's first pixel lies in.
+    struct NearestTiles {
+        int column, row, columns, rows;
+        std::vector<float> values;
+
+        double at(const lens::FaceTile& tile) const {
+            const int x = tile.column - column, y = tile.row - row;
+            return x >= 0 && y >= 0 && x < columns && y < rows ? values[static_cast<std::size_t>(y * columns + x)] : 0;
         }
-        std::vector<float> rows(needed.size() * static_cast<std::size_t>(height));
-        nearest.download(rows.data());
-        std::vector<float> found;
-        for (std::size_t i = 0; i < needed.size(); ++i) {
-            const auto first = rows.begin() + static_cast<std::ptrdiff_t>(i) * height;
-            found.push_back(*std::max_element(first, first + common(needed[i]->block, in_image()).height()));
-        }
+    };
+
+    NearestTiles nearest_in_tiles(const Image& depth) const {
+        constexpr int shift = params::lens_tile_shift;
+        const PixelBox image = in_image();
+        NearestTiles found{image.left >> shift, image.top >> shift, 0, 0, {}};
+        found.columns = ((image.right - 1) >> shift) - found.column + 1;
+        found.rows = ((image.bottom - 1) >> shift) - found.row + 1;
+        runtime::Scratch scratch(device_);
+        const Image nearest = scratch.image(Element::f32, {found.columns, found.rows});
+        params::grid_params grid =
+            grid_parameters({depth, stored_.camera, Storage::float32, stored_.x, stored_.y}, nearest, 0, found.columns);
+        runtime::launch(
+            device_, runtime::kernel(device_, "nearest_tiles", {{"V", device_.options().vector_width}, {"STREAM", 0}}),
+            {static_cast<std::size_t>(found.columns), static_cast<std::size_t>(found.rows)}, depth, nearest, grid);
+        found.values.resize(static_cast<std::size_t>(found.columns) * static_cast<std::size_t>(found.rows));
+        nearest.download(found.values.data());
         return found;
+    }
+
+    PixelBox part_of_face(const CoveredFace& covered, const NearestTiles& nearest) const {
+        std::vector<double> sines;
+        for (const lens::FaceTile& tile : covered.tiles)
+            sines.push_back(sine_of(radius_, options_, nearest.at(tile)));
+        return lens::with_margin(covered.face, covered.tiles, sines);
     }
 
     void require_budget(const std::vector<FaceCall>& calls) const {
@@ -377,7 +407,8 @@ private:
             found.push_back({result.output, scratch.image(Element::f32, {computed.width, computed.height,
                                                                          channels_of(result.output)})});
         const InverseDepthError error = error_on(call.face);
-        occlude_in_bands(call.stored(depth), radius_, options, found, error);
+        const OnFace face{error, call.covered->blocks.on(device_), call.covered->block_columns};
+        occlude_in_bands(call.stored(depth), radius_, options, found, &face);
         for (std::size_t i = 0; i < results.size(); ++i)
             from_face(call, block, computed, depth, found[i], results[i], wanted, error);
     }

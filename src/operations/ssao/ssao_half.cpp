@@ -116,7 +116,11 @@ std::pair<Image, params::block_params> chosen_blocks(Call& call, const Image& de
                         {chosen.columns, static_cast<std::size_t>(band.end - band.begin)}, here.image, blocks, from,
                         chosen, occlusion);
     }
-    runtime::launch(call.device, of_half_resolution(call, "ssao_kinds"), {1, 1}, blocks, chosen);
+    if (const OnFace* face = call.workspace.face)
+        runtime::launch(call.device, runtime::kernel(call.device, "face_blocks", {{"V", 1}, {"STREAM", 0}}), {1, 1},
+                        face->blocks, blocks, chosen, params::face_block_params{to_u32(face->columns), 0});
+    else
+        runtime::launch(call.device, of_half_resolution(call, "ssao_kinds"), {1, 1}, blocks, chosen);
     return {blocks, chosen};
 }
 
