@@ -22,7 +22,7 @@ namespace {
 using Eigen::Vector3d;
 using std::numbers::pi;
 
-constexpr const char* of_normals = "mean error of normals beside no edge, degrees";
+constexpr const char* of_normals = "mean error of normals, degrees";
 constexpr const char* of_visibility = "error of visibility, rms";
 constexpr double plane_normal = 0.003; // degrees on average
 constexpr const char* without_ray = "pixels without a ray, percent";
@@ -160,7 +160,7 @@ Regime distortion(const Device& device) {
         regime.panel(of_normals).curve("brown").points.push_back({k, errors.normals});
     }
     regime.boundaries = {
-        {without_ray, "brown", 0, 0.23, 0.24, "derived: 2/3 sqrt(-1/(3 k1)) is 0.8"},
+        {without_ray, "brown", 0.05, 0.23, 0.24, "derived: 2/3 sqrt(-1/(3 k1)) is 0.8"},
         {of_normals, "brown", 0.005, 0.3, 0.4, "measured"},
     };
     return regime;
@@ -183,7 +183,7 @@ Regime latitude_of_a_panorama(const Device& device) {
 }
 
 Regime radius_over_distance(const Device& device) {
-    Regime regime{"radius-over-distance", "radius over the distance of what is nearest"};
+    Regime regime{"radius-over-distance", "radius / nearest distance"};
     constexpr double nearest = 1; // the floor
     for (const auto& [name, quality] :
          {std::pair{"fast", Quality::fast}, {"balanced", Quality::balanced}, {"accurate", Quality::accurate}})
@@ -195,9 +195,9 @@ Regime radius_over_distance(const Device& device) {
                                            return true;
                                        }).visibility});
     regime.boundaries = {
-        {of_visibility, "fast", 0.03, 0.1, 0.05, "measured", 2},
-        {of_visibility, "balanced", 0.03, 0.1, 0.05, "measured", 2},
-        {of_visibility, "accurate", 0.03, 2, 3, "measured"},
+        {of_visibility, "fast", 0.032, 0.1, 0.05, "measured", 2},
+        {of_visibility, "balanced", 0.032, 0.1, 0.05, "measured", 2},
+        {of_visibility, "accurate", 0.032, 2, 3, "measured"},
     };
     return regime;
 }
