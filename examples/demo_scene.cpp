@@ -4,6 +4,7 @@
 #include "scene/scene.hpp"
 
 #include <fathom/io.hpp>
+#include <fathom/pixel_rays.hpp>
 
 #include <opencv2/core/mat.hpp>
 
@@ -48,6 +49,10 @@ cv::Mat picture_of(const Rendered& image, const fathom::Camera& camera, double c
     return picture;
 }
 
+fathom::scene::RayOf ray_of(const fathom::Camera& camera) {
+    return [rays = fathom::PixelRays(camera)](double x, double y) { return rays.ray_of(x, y); };
+}
+
 } // namespace
 
 int main(int argc, char* argv[]) {
@@ -58,8 +63,11 @@ int main(int argc, char* argv[]) {
         return 2;
     }
     try {
-        const fathom::Camera camera = fathom::read_camera(argv[2]).camera;
-        auto image = fathom::scene::render(fathom::scene::named(argv[1]), camera);
+        const fathom::CameraFile file = fathom::read_camera(argv[2]);
+        const fathom::Camera camera = fathom::camera_for(file, file.camera.width, file.camera.height);
+        const fathom::scene::Scene scene = fathom::scene::named(argv[1]);
+        auto image =
+            camera.lens ? fathom::scene::render(scene, camera, ray_of(camera)) : fathom::scene::render(scene, camera);
         const cv::Mat stored(image.height, image.width, CV_32FC1, image.stored.data());
         fathom::write_image(argv[3], stored, {.channels = {"Z"}, .png_scale = 1.0});
         if (argc == 6)

@@ -715,7 +715,10 @@ TEST_CASE("mistakes: no camera of the examples warns on its scene") {
         Camera still =
             camera_for(file, file.camera.width ? file.camera.width : 96, file.camera.height ? file.camera.height : 60);
         const bool hills = entry.path().stem() == "terrain";
-        const auto image = scene::render(hills ? scene::terrain() : scene::room(), still);
+        const auto image =
+            still.lens ? scene::render(scene::room(), still,
+                                       [rays = PixelRays(still)](double x, double y) { return rays.ray_of(x, y); })
+                       : scene::render(hills ? scene::terrain() : scene::room(), still);
         const std::string input = folder / "a.exr";
         write_image(input, cv::Mat(still.height, still.width, CV_32FC1, const_cast<float*>(image.stored.data())));
         check_done({"linearize", input, "--camera", entry.path().string(), "-o", folder / "out/z.exr"});

@@ -119,9 +119,39 @@ TEST_CASE("lenses: the camera file says the model, its coefficients, or the ends
     refused(R"("lens": {"model": "equirectangular", "k": [1]})", {"lens.k", "coefficients"});
     refused(R"("lens": {"model": "brown", "k": [0, 0, 0, 0]}, "perspective": {"fov_y_deg": 60})",
             {"\"lens\" and \"perspective\""});
-    refused(R"("lens": {"model": "equidistant"})", {"projection"});
+    refused(R"("lens": {"model": "equidistant"})", {"camera.json", "\"lens\" without \"intrinsics\"", "fx, fy, cx"});
+    refused(pixels + R"("lens": {"model": "brown", "K": [[1, 0, 0], [0, 1, 0], [0, 0, 1]]})",
+            {"lens.K", "in \"intrinsics\""});
+    for (const char* const keys :
+         {R"("reversed": true, "lens": {"model": "brown", "k": [0, 0, 0, 0]})",
+          R"("lens": {"model": "brown", "k": [0, 0, 0, 0], "reversed": true})",
+          R"("lens": {"model": "brown", "k": [0, 0, 0, 0]}, "perspective": {"reversed": true})"})
+        refused(pixels + keys, {"camera.json", "reversed", "\"depth_range\": [1, 0]"});
     check_says([&] { read_camera(put(folder / "c.json", R"({"lens": {"model": "equirectangular"}})")); },
                {"c.json", "window", "\"view-z\" or \"ray-distance\""});
+}
+
+TEST_CASE("lenses: a reversed depth buffer beside intrinsics is a depth range that is turned", "[io][lens]") {
+    const TempFolder folder;
+    const auto camera = [&](const std::string& keys) {
+        return camera_for(read_camera(put(folder / "camera.json", R"({"width": 640, "height": 480, )" + keys + "}")),
+                          640, 480);
+    };
+    const Camera straight = camera(R"("perspective": {"fov_y_deg": 60, "near": 0.5, "far": 20, "reversed": true})");
+    Camera bent = camera(R"("near": 0.5, "far": 20, "depth_range": [1, 0], )" + pixels +
+                         R"("lens": {"model": "brown", "k": [0, 0, 0, 0]})");
+    bent.lens.reset(); // which changes no depth along the axis
+    for (const double v : {0.0, 0.01, 0.3, 0.9, 1.0})
+        CHECK(view_depth(bent, Storage::float32, 320, 240, v) ==
+              Approx(static_cast<double>(view_depth(straight, Storage::float32, 320, 240, v))).epsilon(1e-6));
+}
+
+TEST_CASE("lenses: the preset of a panorama takes what its depth counts along", "[io][lens]") {
+    const Camera cube = preset_camera("habitat-panorama:along=cube", 320, 160);
+    CHECK((cube.encoding == Encoding::view_z && cube.along == Along::cube));
+    CHECK(cube.lens.value().law == LensLaw::equirectangular);
+    CHECK(preset_camera("habitat-panorama", 320, 160).encoding == Encoding::ray_distance);
+    check_says([] { preset_camera("hypersim:fov_x_deg=60,along=ray", 320, 160); }, {"along", "ray-distance"});
 }
 
 TEST_CASE("lenses: pictures that are not of their lens's shape are told, and depth of a lens that nobody says",
@@ -239,6 +269,32 @@ TEST_CASE("lenses: calibrations of ROS, COLMAP and nerfstudio become lenses", "[
     CHECK_FALSE(nerfstudio(""));
 }
 
+TEST_CASE("lenses: nerfstudio's panoramas see where its formula says", "[io][lens]") {
+    const TempFolder folder;
+    const auto camera = [&](const std::string& keys) {
+        return import_camera(put(folder / "transforms.json",
+                                 R"({"camera_model": "EQUIRECTANGULAR", "w": 800, "h": 400, )" + keys +
+                                     R"("frames": [{"file_path": "a.png", "depth_file_path": "a.depth.png",
+            "transform_matrix": [[1,0,0,0],[0,1,0,0],[0,0,1,0],[0,0,0,1]]}]})"))
+            .camera;
+    };
+    for (const auto& [keys, f, cx, cy] : {std::tuple("", 400.0, 400.0, 200.0),
+                                          {R"("fl_x": 400, "fl_y": 400, "cx": 400, "cy": 200, )", 400, 400, 200},
+                                          {R"("fl_x": 900, "fl_y": 900, "cx": 380, "cy": 210, )", 900, 380, 210}}) {
+        const Camera read = camera(keys);
+        CHECK((read.encoding == Encoding::ray_distance && read.scale == 0.001 && read.missing == 0));
+        for (const double x : {0.5, 123.0, 700.25})
+            for (const double y : {0.5, 200.0, 399.5}) {
+                // nerfstudio, cameras.py
+                const double theta = -std::numbers::pi * (x - cx) / f, phi = std::numbers::pi * (0.5 + (y - cy) / f);
+                const Eigen::Vector3d ray(-std::sin(theta) * std::sin(phi), std::cos(phi),
+                                          -std::cos(theta) * std::sin(phi));
+                CHECK((ray_of(read, x, y).value() - ray).norm() < 1e-12);
+            }
+    }
+    check_says([&] { camera(R"("fl_x": 100, "cx": 400, )"); }, {"transforms.json", "longitude_deg", "360"});
+}
+
 TEST_CASE("lenses: Kalibr's chains of cameras become lenses", "[io][lens]") {
     const TempFolder folder;
     const auto chain = put(folder / "camchain.yaml", R"(cam0:
@@ -342,4 +398,9 @@ TEST_CASE("lenses: a map of rays is read from EXR, TIFF and NPY, and is the lens
     cv::Mat picture(8, 8, CV_32FC3, cv::Scalar(3, 4, 5));
     write_image(folder / "picture.exr", picture, {.channels = {"X", "Y", "Z"}});
     refused(R"({"encoding": "view-z", "lens": {"rays": "picture.exr"}})", {"picture.exr"});
+    write_image(folder / "grey.png", depth, {.png_scale = 1000});
+    write_image(folder / "depth.exr", depth, {.channels = {"Z"}});
+    for (const char* const name : {"grey.png", "depth.exr"})
+        refused(std::string(R"({"encoding": "view-z", "lens": {"rays": ")") + name + R"("}})",
+                {name, "a map of rays has three channels of floats"});
 }

@@ -11,6 +11,7 @@
 #include <fathom/fathom.hpp>
 #include <fathom/findings.hpp>
 #include <fathom/pixel_rays.hpp>
+#include <fathom/ranking.hpp>
 
 using namespace fathom;
 
@@ -137,4 +138,112 @@ TEST_CASE("lens findings: a fold over more than half of the image is refused, an
     CHECK_THROWS_WITH(decode({LensLaw::brown, 60, 60, 160, 90, {-0.45, 0, 0, 0}}, 320, 180),
                       ContainsSubstring("folds") && ContainsSubstring("k1") && ContainsSubstring("% of the image"));
     CHECK_NOTHROW(decode({LensLaw::brown, 200, 200, 160, 90, {-0.45, 0, 0, 0}}, 320, 180));
+}
+
+TEST_CASE("lens findings: units, skies and numbers that are no depth are told through lenses, too", "[lens][doubts]") {
+    const auto says = [](const std::vector<std::string>& doubts, const char* words) {
+        return std::ranges::any_of(doubts, [&](const std::string& doubt) { return contains(doubt, words); });
+    };
+    for (const std::size_t which : {0u, 1u, 2u, 4u, 5u, 7u, 9u, 11u}) {
+        auto [name, camera] = lens_subjects().at(which);
+        INFO(name);
+        const std::vector<float> room = stored_room(camera, meanings[1]); // 0 without a ray
+        const auto changed = [&](auto change) {
+            std::vector<float> values;
+            for (const float value : room)
+                values.push_back(value > 0 ? static_cast<float>(change(static_cast<double>(value))) : NAN);
+            return values;
+        };
+        const auto told = [&](const std::vector<float>& values, const char* words) {
+            CHECK(says(depth_doubts(camera, host(camera, values)), words));
+            CHECK(says(depth_doubts_of_sample(camera, host(camera, values)), words));
+        };
+        const auto silent = [&](const std::vector<float>& values) {
+            for (const auto& doubts :
+                 {depth_doubts(camera, host(camera, values)), depth_doubts_of_sample(camera, host(camera, values))})
+                for (const std::string& doubt : doubts)
+                    if (!contains(doubt, "because the lens folds")) {
+                        INFO(doubt);
+                        CHECK(false);
+                    }
+        };
+        silent(changed([](double z) { return z; }));
+        camera.usual_metres = 20;
+        silent(changed([](double z) { return z; }));
+        told(changed([](double z) { return 1000 * z; }), "0.001 if they are millimetres");
+        camera.usual_metres = 0;
+        std::vector<std::uint16_t> codes;
+        for (const float value : room)
+            codes.push_back(static_cast<std::uint16_t>(std::lround(1000 * value)));
+        const HostDepth integers{codes.data(), camera.width, camera.height, 2 * static_cast<std::size_t>(camera.width),
+                                 Storage::uint16};
+        CHECK(says(depth_doubts(camera, integers), "integers count as scene units"));
+        camera.scale = 0.001;
+        camera.missing = 0;
+        for (const std::string& doubt : depth_doubts(camera, integers)) {
+            INFO(doubt);
+            CHECK(contains(doubt, "because the lens folds"));
+        }
+        told(changed([](double z) { return z; }), "floats are mostly scene units already");
+        camera.scale = 1;
+        camera.missing.reset();
+        told(changed([](double z) { return z > 4 ? 1e10 : z; }), "\"background_from\": 1e+10");
+        told(changed([](double z) { return z > 4 ? 65535 : z; }), "\"missing\": 65535");
+        CHECK(says(depth_doubts(camera, host(camera, changed([](double) { return NAN; }))),
+                   "no pixel has a depth: all of its values are NaN"));
+    }
+}
+
+TEST_CASE("lens findings: a fold in the image is named as why pixels have no depth", "[lens][doubts]") {
+    const auto doubts = [](LensModel lens) {
+        Camera camera;
+        camera.width = 320;
+        camera.height = 180;
+        camera.encoding = Encoding::ray_distance;
+        camera.lens = std::move(lens);
+        return depth_doubts(camera, host(camera, std::vector<float>(320 * 180, 2.0f)));
+    };
+    // 1 - 3 k r² ends at 0.861 focal lengths, where r (1 - k r²) is 0.574: of 115 pixels, in an image of 160 to either side.
+    const std::vector<std::string> folded = doubts({LensLaw::brown, 200, 200, 160, 90, {-0.45, 0, 0, 0}});
+    REQUIRE(folded.size() == 1);
+    double beyond = 0;
+    for (int y = 0; y < 180; ++y)
+        for (int x = 0; x < 320; ++x)
+            beyond += std::hypot(x + 0.5 - 160, y + 0.5 - 90) > 200 * std::sqrt(1 / 1.35) * 2 / 3;
+    CHECK(std::abs(std::stod(folded.front()) - 100 * beyond / (320 * 180)) < 1);
+    for (const char* const words : {"have no ray", "folds 40.7 degrees", "k1", "corners"})
+        CHECK(contains(folded.front(), words));
+    CHECK(doubts({LensLaw::brown, 400, 400, 160, 90, {-0.45, 0, 0, 0}}).empty());
+    CHECK(doubts({LensLaw::equidistant, 57.3, 57.3, 160, 90}).empty());
+}
+
+TEST_CASE("lens findings: a picture of all directions is told without a camera, and a pinhole's of its shape is none",
+          "[lens][doubts]") {
+    Camera panorama = lens_subjects().at(11).camera;
+    const std::vector<float> room = stored_room(panorama, meanings[1]);
+    const Ranking ranking = rank_encodings(host(panorama, room));
+    CHECK(ranking.family == Family::radial);
+    REQUIRE(ranking.guesses.size() == 1);
+    CHECK(contains(ranking.guesses.front().camera_file,
+                   R"({"lens": {"model": "equirectangular"}, "encoding": "ray-distance")"));
+    std::vector<std::uint16_t> codes;
+    for (const float value : room)
+        codes.push_back(static_cast<std::uint16_t>(std::lround(4000 * value))); // Matterport's
+    CHECK(rank_encodings({codes.data(), panorama.width, panorama.height, 2 * static_cast<std::size_t>(panorama.width),
+                          Storage::uint16})
+              .family == Family::radial);
+    for (const double degrees : {40.0, 90.0, 130.0})
+        for (const Encoding encoding : {Encoding::view_z, Encoding::ray_distance}) {
+            Camera pinhole;
+            pinhole.width = 640;
+            pinhole.height = 320;
+            pinhole.encoding = encoding;
+            pinhole.projection =
+                perspective(2 * std::atan(std::tan(degrees * std::numbers::pi / 360) / 2), 2, {0.1, 100});
+            const auto image = scene::render(scene::room(), pinhole);
+            const Ranking other = rank_encodings(host(pinhole, image.stored));
+            INFO(degrees << " degrees");
+            CHECK(other.family == (encoding == Encoding::view_z ? Family::planar : Family::radial));
+            CHECK_FALSE(contains(other.guesses.front().camera_file, "equirectangular"));
+        }
 }

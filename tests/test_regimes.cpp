@@ -155,6 +155,22 @@ TEST_CASE("stability: where a moving camera and a pulled focus make results flic
     check(motion);
 }
 
+TEST_CASE("stability: where a lens sees too far behind itself", "[regimes][stability]") {
+    check(field_of_view);
+}
+
+TEST_CASE("stability: where a distortion folds within the image", "[regimes][stability]") {
+    check(distortion);
+}
+
+TEST_CASE("stability: where a panorama is too near its poles", "[regimes][stability]") {
+    check(latitude_of_a_panorama);
+}
+
+TEST_CASE("stability: where the radius is too long for a panorama", "[regimes][stability]") {
+    check(radius_over_distance);
+}
+
 TEST_CASE("stability: what where-it-fails sweeps are the regimes tested here", "[regimes][stability]") {
-    CHECK(sweeps().size() == 17);
+    CHECK(sweeps().size() == 21);
 }

@@ -248,9 +248,14 @@ TEST_CASE("Whatever takes straight rays only refuses a lens, and names it", "[le
     refuses([&] { dof_masks(stored, CircleOfConfusion{1, 1}, {.near_alpha = true}); });
     refuses([&] { dof_masks(stored, CircleOfConfusion{1, 1}, {.disocclusion = true}); });
     refuses([&] { dof_masks(stored, CircleOfConfusion{1, 1}, {.mixed_pixels = true}); });
-    refuses([&] { dof(stored, color, CircleOfConfusion{1, 1}); });
     refuses([&] { unproject(stored, {.no_mixed_pixels = true}); });
     refuses([&] { upsample_along_edges(stored, color); });
+    const Image other(device, Element::f32, {camera.width / 2, camera.height / 2, 3});
+    CHECK_THROWS_WITH(upsample_along_edges(stored, other), ContainsSubstring("color is") && ContainsSubstring("lens") &&
+                                                               ContainsSubstring("give both of one size") &&
+                                                               !ContainsSubstring("upsample"));
+    CHECK_THROWS_WITH(fog(stored, other, {.density = 0.1}),
+                      ContainsSubstring("color is") && !ContainsSubstring("upsample"));
     refuses([&] { depth_form(camera); });
     refuses([&] { camera_rays(camera); });
     Camera fisheye = lens_subjects().at(4).camera;

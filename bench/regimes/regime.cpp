@@ -33,6 +33,10 @@ const std::vector<Sweep>& sweeps() {
         {"offset", depth_offset},
         {"motion", motion},
         {"w-range", w_range},
+        {"field-of-view", field_of_view},
+        {"distortion", distortion},
+        {"latitude", latitude_of_a_panorama},
+        {"radius-over-distance", radius_over_distance},
     };
     return all;
 }

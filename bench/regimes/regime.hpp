@@ -77,5 +77,9 @@ Regime filter_width(const Device& device);
 Regime depth_offset(const Device& device);
 Regime motion(const Device& device);
 Regime w_range(const Device& device);
+Regime field_of_view(const Device& device);
+Regime distortion(const Device& device);
+Regime latitude_of_a_panorama(const Device& device);
+Regime radius_over_distance(const Device& device);
 
 } // namespace fathom::regimes

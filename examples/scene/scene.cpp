@@ -417,13 +417,16 @@ double clear_value(const Camera& camera) {
     return CameraView(camera).clear();
 }
 
-Rendered render(const Scene& scene, const Camera& camera) {
+namespace {
+
+/// An image of which no pixel sees anything; `see` is given those of each row in turn, from several threads.
+template <typename See>
+Rendered rendered(const Camera& camera, double clear, const See& see) {
     const auto pixels = static_cast<std::size_t>(camera.width) * static_cast<std::size_t>(camera.height);
-    const CameraView view(camera);
     Rendered image{.width = camera.width,
                    .height = camera.height,
                    .stored = {},
-                   .exact = std::vector(pixels, view.clear()),
+                   .exact = std::vector(pixels, clear),
                    .z = std::vector(pixels, infinity),
                    .position = std::vector<Vector3d>(pixels, Vector3d::Constant(nan)),
                    .normal = std::vector<Vector3d>(pixels, Vector3d::Zero())};
@@ -431,14 +434,8 @@ Rendered render(const Scene& scene, const Camera& camera) {
     const auto work = [&] {
         for (int y = next_row++; y < camera.height; y = next_row++) {
             for (int x = 0; x < camera.width; ++x) {
-                const auto i =
-                    static_cast<std::size_t>(y) * static_cast<std::size_t>(camera.width) + static_cast<std::size_t>(x);
-                if (const auto surface = cast(scene, view, x + 0.5, y + 0.5)) {
-                    image.exact[i] = surface->stored;
-                    image.z[i] = surface->z;
-                    image.position[i] = surface->position;
-                    image.normal[i] = surface->normal;
-                }
+                see(image, x, y,
+                    static_cast<std::size_t>(y) * static_cast<std::size_t>(camera.width) + static_cast<std::size_t>(x));
             }
         }
     };
@@ -451,6 +448,44 @@ Rendered render(const Scene& scene, const Camera& camera) {
     }
     image.stored.assign(image.exact.begin(), image.exact.end());
     return image;
+}
+
+} // namespace
+
+Rendered render(const Scene& scene, const Camera& camera) {
+    const CameraView view(camera);
+    return rendered(camera, view.clear(), [&](Rendered& image, int x, int y, std::size_t i) {
+        if (const auto surface = cast(scene, view, x + 0.5, y + 0.5)) {
+            image.exact[i] = surface->stored;
+            image.z[i] = surface->z;
+            image.position[i] = surface->position;
+            image.normal[i] = surface->normal;
+        }
+    });
+}
+
+Rendered render(const Scene& scene, const Camera& camera, const RayOf& ray_of) {
+    const Eigen::Matrix4d world = to_world(camera);
+    const Eigen::Matrix3d turn = world.topLeftCorner<3, 3>();
+    const Vector3d centre = world.topRightCorner<3, 1>();
+    const double forwards = camera.projection.convention.view_axes == ViewAxes::opengl ? -1 : 1;
+    return rendered(camera, infinity, [&](Rendered& image, int x, int y, std::size_t i) {
+        const std::optional<Vector3d> ray = ray_of(x + 0.5, y + 0.5);
+        if (!ray) {
+            image.exact[i] = nan;
+            return;
+        }
+        if (const auto found = met(scene, {centre, turn * *ray, 0, infinity})) {
+            const double distance = (found->position - centre).norm();
+            image.position[i] = distance * *ray;
+            image.z[i] = forwards * image.position[i].z();
+            image.normal[i] = turn.transpose() * found->normal;
+            image.exact[i] = (camera.encoding == Encoding::ray_distance ? distance
+                              : image.z[i] > 0                          ? image.z[i]
+                                                                        : nan) /
+                             camera.scale;
+        }
+    });
 }
 
 std::vector<std::uint16_t> codes16(const Rendered& image, const Camera& camera) {

@@ -6,6 +6,7 @@
 #include <Eigen/Core>
 
 #include <cstdint>
+#include <functional>
 #include <limits>
 #include <memory>
 #include <optional>
@@ -147,6 +148,13 @@ struct Rendered {
 /// Casts one ray through the centre of each of `camera.width` × `camera.height` pixels.
 /// A view matrix must be orthogonal (mirror views may reflect).
 Rendered render(const Scene& scene, const Camera& camera);
+
+/// The unit ray of a pixel position in view space, or none: what a lens makes of it.
+using RayOf = std::function<std::optional<Eigen::Vector3d>(double x, double y)>;
+
+/// The same through a lens that bends rays. Stored are distances along the rays, or along the axis (`view_z`), and NaN where a
+/// pixel has no ray.
+Rendered render(const Scene& scene, const Camera& camera, const RayOf& ray_of);
 
 /// The stored value that means "nothing here": the camera's, or its encoding's default.
 double clear_value(const Camera& camera);

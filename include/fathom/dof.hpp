@@ -50,6 +50,10 @@ inline constexpr int dof_halo_columns = 96, dof_halo_rows = 32;
 inline constexpr double dof_edge_error = 0.01;
 inline constexpr double dof_edge_rms_error = 0.003;
 
+/// Through `brown` a circle's picture is an ellipse of another size in each part of the image, and `dof` draws the circle of the axis.
+/// It takes lenses whose `circle_deformation` is at most this. An edge is then off by up to 0.32 times that more.
+inline constexpr double dof_shape_error = 0.15;
+
 /// Depth of field: what a lens of a finite aperture makes of a sharp image.
 ///
 /// In: RGB, or RGBA with the alpha multiplied in, as floats, halves, or 16 or 8 bits that count from 0 to 1; one stored depth

@@ -64,6 +64,10 @@ struct PixelScale {
 
 PixelScale pixel_scale(const Camera& camera);
 
+/// By how much the picture of the aperture is longer or shorter somewhere in the image than on the axis, in any direction: 0.08 for
+/// 8 %. 0 without a `Camera::lens`.
+double circle_deformation(const Camera& camera);
+
 /// The circle of confusion of this lens and camera. With A = f/N the aperture, S the distance from the lens to the focus and p the
 /// pixels in a millimetre of the sensor
 ///   k = A f/(S − f) p              focal length and sensor given

@@ -23,7 +23,7 @@ using Matrix4 = Eigen::Matrix<Real, 4, 4>;
 
 void check(const Camera& camera) {
     require(!camera.lens, "the camera has the lens ", camera.lens ? to_string(camera.lens->law) : "",
-            ", and this takes straight rays only; the operations but dof take lenses, and for all else undo the "
+            ", and this takes straight rays only; the operations take lenses (dof: brown), and for all else undo the "
             "distortion (docs/cameras.md)");
     require(camera.width > 0 && camera.height > 0, "a camera for ", camera.width, " x ", camera.height,
             " pixels: both must be at least 1");

@@ -12,6 +12,10 @@
 #include "lens/camera_lens.hpp"
 #include "require.hpp"
 
+#include <Eigen/LU>
+#include <Eigen/SVD>
+
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -88,6 +92,29 @@ Optics optics(const Lens& lens, const Camera& camera) {
 
 PixelScale pixel_scale(const Camera& camera) {
     return scale_of(camera);
+}
+
+double circle_deformation(const Camera& camera) {
+    if (!camera.lens)
+        return 0;
+    const lens::CameraLens lens(camera);
+    const Eigen::Vector2d on_axis = lens.pixel_on_axis();
+    constexpr int across = 32; // places in a row and in a column
+    double most = 0;
+    for (int i = 0; i <= across; ++i)
+        for (int j = 0; j <= across; ++j) {
+            const auto ray =
+                lens.ray(0.5 + i * (camera.width - 1.0) / across, 0.5 + j * (camera.height - 1.0) / across);
+            if (!ray)
+                continue;
+            // How far the ray moves over the plane in focus for a pixel across and down, in pixels of the axis.
+            const auto& [right, down, ahead] = *ray;
+            const lens::Jet x = right / ahead, y = down / ahead;
+            const Eigen::Matrix2d moved{{x.x / on_axis.x(), x.y / on_axis.x()}, {y.x / on_axis.y(), y.y / on_axis.y()}};
+            for (const double part : Eigen::JacobiSVD<Eigen::Matrix2d>(moved).singularValues())
+                most = std::max(most, std::abs(1 / part - 1));
+        }
+    return most;
 }
 
 CircleOfConfusion circle_of_confusion(const Lens& lens, const Camera& camera) {

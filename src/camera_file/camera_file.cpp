@@ -196,6 +196,9 @@ std::string kind_of_projection(const JsonObject& json) {
     }
     if (kind.empty() && has_lens(json))
         return "lens";
+    if (kind.empty() && json.has("lens"))
+        json.refuse_whole("has a \"lens\" without \"intrinsics\"; give fx, fy, cx and cy of the calibration, or "
+                          "\"lens_mm\" and \"sensor_mm\"");
     if (kind.empty())
         json.refuse_whole(
             "has no projection; give one of \"projection\", \"perspective\", \"intrinsics\", \"orthographic\"");
@@ -346,6 +349,8 @@ std::string use_preset(JsonObject& json) {
         for (const char* key : {"background", "background_from"})
             if (own.contains(key) && own[key].is_number() && own[key] > 0)
                 own[key] = -own[key].get<double>();
+    if (json.has("along") && own.contains("lens") && own["encoding"] == "ray-distance")
+        own["encoding"] = "view-z"; // the file says what the values count along
     if (const auto encoding = json.string("encoding"); encoding && own["encoding"] != nlohmann::json(*encoding))
         json.refuse_value("encoding", "contradicts the preset \"" + *name + "\", whose encoding is " +
                                           own["encoding"].dump() + "; leave one of the two out");

@@ -105,6 +105,8 @@ void JsonObject::check_keys(const std::vector<std::string>& above) const {
         if (holds(known_, key))
             continue;
         const std::string unknown = "unknown key " + shown(path_to(key)) + "; ";
+        if (key == "reversed" && (name_ == "lens" || name_ == "intrinsics" || has("lens") || has("intrinsics")))
+            refuse(file_, unknown + "beside \"intrinsics\" a reversed depth buffer has \"depth_range\": [1, 0]");
         if (const std::string object = object_of(key); !object.empty() && object != name_)
             refuse(file_, unknown + "it belongs in \"" + object + "\": {...}");
         if (const std::string meant = key_for(key); !meant.empty())

@@ -56,6 +56,9 @@ std::optional<LensKey> read_lens_key(const JsonObject& json, Encoding encoding) 
             key.own.refuse_value(each, "is for the model \"equirectangular\"");
     if (key.own.has("k") && key.has_projection())
         key.own.refuse_value("k", "is for lenses with coefficients");
+    if (json.has_within("perspective", "reversed"))
+        json.refuse_whole("has both \"lens\" and \"reversed\", which is of a \"perspective\"; beside \"intrinsics\" "
+                          "a reversed depth buffer has \"depth_range\": [1, 0]");
     for (const char* each : {"projection", "perspective", "orthographic", "oblique_near_plane"})
         if (json.has(each))
             json.refuse_whole(std::string("has both \"lens\" and \"") + each +

@@ -40,6 +40,28 @@ std::string text_at(const json& object, const std::string& key) {
     return object.contains(key) && object[key].is_string() ? object[key].get<std::string>() : std::string();
 }
 
+bool is_panorama(const Frame& frame) {
+    const json* model = frame.value("camera_model");
+    return model && *model == "EQUIRECTANGULAR";
+}
+
+/// nerfstudio's panorama: pi (x - cx)/fx to the right and pi (cy - y)/fy up, all directions without these.
+json panorama_of(const Frame& frame) {
+    json lens{{"model", "equirectangular"}};
+    const auto ends = [&](const char* key, const char* focal, const char* middle, const char* size, double sign) {
+        const auto f = frame.number(focal), c = frame.number(middle), pixels = frame.number(size);
+        if (!f || !c || !pixels || !(*f > 0))
+            return;
+        const double first = -180 * sign * *c / *f, last = 180 * sign * (*pixels - *c) / *f;
+        const bool all = std::abs(std::abs(last - first) - (sign > 0 ? 360 : 180)) < 1e-6;
+        if (!all)
+            lens[key] = {std::min(first, last), std::max(first, last)};
+    };
+    ends("longitude_deg", "fl_x", "cx", "w", 1);
+    ends("latitude_deg", "fl_y", "cy", "h", -1);
+    return lens;
+}
+
 /// The lens of nerfstudio's models, and of instant-ngp; empty for a pinhole.
 json lens_of(const Frame& frame) {
     constexpr std::array pinholes{"SIMPLE_PINHOLE", "PINHOLE", "SIMPLE_RADIAL", "RADIAL", "OPENCV"};
@@ -91,6 +113,8 @@ json projection_of(const Frame& frame) {
         keys["width"] = *width;
     if (height)
         keys["height"] = *height;
+    if (is_panorama(frame))
+        return keys;
     auto fx = frame.number("fl_x"), fy = frame.number("fl_y");
     const auto across = angle(frame, "x_fov", "camera_angle_x"), down = angle(frame, "y_fov", "camera_angle_y");
     if (!fx && across && width)
@@ -152,7 +176,9 @@ json encoding_of(const Frame& frame) {
         return {};
     if (scale && !(*scale > 0))
         refuse(frame.file, "\"" + key + "\": " + shown(*scale) + " must be positive");
-    return {{"encoding", "view-z"}, {"scale", scale.value_or(millimetre)}, {"missing", 0}};
+    return {{"encoding", is_panorama(frame) ? "ray-distance" : "view-z"},
+            {"scale", scale.value_or(millimetre)},
+            {"missing", 0}};
 }
 
 } // namespace
@@ -186,7 +212,7 @@ Imported import_transforms(const fs::path& file, const json& transforms, const I
                       .otherwise = encoding_of(frame),
                       .cure =
                           "name its source or give the keys: --preset tum, or --preset encoding=view-z,scale=0.001"};
-    if (const json lens = lens_of(frame); !lens.empty())
+    if (const json lens = is_panorama(frame) ? panorama_of(frame) : lens_of(frame); !lens.empty())
         imported.keys["lens"] = lens;
     imported.keys["camera_to_world"] = rows_of(camera_to_world(frame));
     return imported;

@@ -7,6 +7,7 @@
 #include "doubts/lengths.hpp"
 #include "doubts/look.hpp"
 #include "doubts/stored_values.hpp"
+#include "lens/camera_lens.hpp"
 #include "text.hpp"
 
 #include <algorithm>
@@ -15,6 +16,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <numbers>
 #include <numeric>
 #include <optional>
 #include <utility>
@@ -33,7 +35,8 @@ constexpr float nearest_of_fives = 2;  // metres, five times what they see at le
 constexpr std::size_t to_an_edge = 5;  // codes; fewer differ from their neighbours where surfaces are seen straight on
 constexpr double mostly_far = 0.8;     // what most values of a depth buffer exceed
 constexpr double past_a_plane = 0.1;   // of its distance; nothing that is rightly described lies so far beyond it
-constexpr double many_far = 0.001;     // the same for one value that is farther than all others
+constexpr double many_beyond_fold = 0.01; // of the pixels
+constexpr double many_far = 0.001;        // the same for one value that is farther than all others
 
 using Doubt = std::optional<std::string>;
 
@@ -58,16 +61,21 @@ double farthest_finite(const Subject& subject) {
     return static_cast<double>(farthest);
 }
 
+// Through a lens what a value means is that of a camera whose rays are straight.
+DepthForm form_of(const Camera& camera, Storage storage) {
+    return depth_form(straightened(camera), storage);
+}
+
 // How many stored values are of a kind.
 std::size_t count_of(StoredKind kind, const Camera& camera, const Subject& subject) {
-    const DepthForm form = depth_form(camera, subject.storage);
+    const DepthForm form = form_of(camera, subject.storage);
     std::size_t count = 0;
     visit_all(subject, [&](float value, std::uint32_t bits) { count += kind_of(form, value, bits) == kind; });
     return count;
 }
 
 bool is_measured(const Subject& subject) {
-    const DepthForm form = depth_form(subject.camera, subject.storage);
+    const DepthForm form = form_of(subject.camera, subject.storage);
     bool found = false;
     visit_all(subject, [&](float value, std::uint32_t bits) {
         found |= !std::isnan(value) && kind_of(form, value, bits) != StoredKind::missing;
@@ -101,7 +109,8 @@ Doubt projection_doubt(const Projection& projection) {
 }
 
 // The nearest depth that a depth buffer can hold in the middle of the image. None for other depth.
-std::optional<double> near_end_of(const Camera& camera, Storage storage) {
+std::optional<double> near_end_of(const Camera& given, Storage storage) {
+    const Camera camera = straightened(given);
     if (camera.encoding != Encoding::window || !camera.projection.is_perspective())
         return std::nullopt;
     const DepthForm form = depth_form(camera, storage);
@@ -138,7 +147,7 @@ std::optional<std::pair<double, double>> clip_distances(const Camera& camera) {
 Doubt clipped_doubt(const Subject& subject) {
     const Look& look = subject.look;
     const Camera& camera = subject.camera;
-    const auto clip = clip_distances(camera);
+    const auto clip = camera.lens ? std::nullopt : clip_distances(camera);
     const bool are_heights = camera.scale < 0 && !camera.projection.is_perspective(); // which count from any level
     if (!clip || !is_metric(camera.encoding) || are_heights)
         return std::nullopt;
@@ -202,7 +211,7 @@ Doubt range_doubt(const Subject& subject) {
         return within(*near_end,
                       "; are the values distances (\"encoding\": \"view-z\"), or is \"reversed\" the wrong way "
                       "round?");
-    const auto clip = clip_distances(subject.camera);
+    const auto clip = subject.camera.lens ? std::nullopt : clip_distances(subject.camera);
     if (clip && is_metric(subject.camera.encoding) && clip->first > 0 &&
         static_cast<double>(look.nearest) >= clip->first * (1 - past_a_plane) &&
         static_cast<double>(look.farthest) < clip->first * crowded)
@@ -226,10 +235,42 @@ std::pair<double, std::size_t> commonest_number(const Subject& subject) {
     return {value, count};
 }
 
+// What `linearize` makes of stored values. The last bit may differ.
+auto decoder(const Camera& camera, Storage storage) {
+    const DepthForm form = form_of(camera, storage);
+    return [form, rays = is_along_ray(form) ? camera_rays(camera) : Rays{}](int x, int y, float value,
+                                                                            std::uint32_t bits) {
+        constexpr float invalid = std::numeric_limits<float>::quiet_NaN();
+        const StoredKind kind = kind_of(form, value, bits);
+        if (kind == StoredKind::background)
+            return std::numeric_limits<float>::infinity();
+        if (kind == StoredKind::missing || !(value >= form.lowest && value <= form.highest))
+            return invalid;
+        if (std::isinf(value) && (form.form == Form::affine || form.form == Form::ray_distance))
+            return form.farther * value > 0 ? form.farther * value : invalid; // sums of it would be NaN
+        const auto z = static_cast<float>(view_depth(form, rays, x + 0.5, y + 0.5, static_cast<double>(value)));
+        return z > form.least_depth ? z : invalid;
+    };
+}
+
+// Pixels whose value fits no depth. Through a lens others have no ray, which is no mistake of the values.
+std::size_t invalid_of(const Subject& subject) {
+    if (!subject.camera.lens)
+        return subject.look.invalid;
+    std::size_t invalid = 0;
+    subject.each([&](const HostDepth& values, const HostFloats&) {
+        visit_values(values, [&, decode = decoder(subject.camera, subject.storage)](float value, std::uint32_t bits) {
+            invalid += std::isnan(decode(0, 0, value, bits)); // which no form through a lens has terms of
+        });
+    });
+    return invalid;
+}
+
 // Why no value, or few of them, has a depth.
 std::string reason(const Subject& subject, const StoredStatistics& found) {
     const Camera& camera = subject.camera;
-    const DepthForm form = depth_form(camera, subject.storage);
+    const DepthForm form = form_of(camera, subject.storage);
+    const std::size_t invalid = invalid_of(subject);
     const std::string values = found.min == found.max
                                    ? text("the values are ", number(found.min))
                                    : text("the values run from ", number(found.min), " to ", number(found.max));
@@ -251,12 +292,12 @@ std::string reason(const Subject& subject, const StoredStatistics& found) {
         return text(values, ", and \"", to_string(camera.encoding), "\" depth lies in ",
                     number(static_cast<double>(form.lowest)), " to ", number(static_cast<double>(form.highest)),
                     "; are these distances (\"encoding\": \"view-z\")?");
-    if (const auto [value, count] = commonest_number(subject); 2 * count > subject.look.invalid - found.nan)
+    if (const auto [value, count] = commonest_number(subject); 2 * count > invalid - found.nan)
         return text(percent(count, found.pixels), " of the values are ", number(value),
                     "; if that was not measured, say \"missing\": ", number(value),
                     "; if nothing is there, \"background\": ", number(value),
                     value == 0 ? ", which is Nuke's sky, whose values are 1/z (\"encoding\": \"inverse\")" : "");
-    if (counts_distances(camera.encoding) && camera.scale < 0 && 2 * found.inf > subject.look.invalid - found.nan)
+    if (counts_distances(camera.encoding) && camera.scale < 0 && 2 * found.inf > invalid - found.nan)
         return text(percent(found.inf, found.pixels),
                     " of the values are infinity, on the other side of 0 than \"scale\" "
                     "has it; if nothing is there, say \"background\": \"infinity\"");
@@ -267,16 +308,17 @@ std::string reason(const Subject& subject, const StoredStatistics& found) {
 
 Doubt invalid_doubt(const Subject& subject) {
     const Look& look = subject.look;
+    const std::size_t invalid = invalid_of(subject);
     const auto many = [&](std::size_t count) {
         return static_cast<double>(count) > many_invalid * static_cast<double>(look.pixels);
     };
-    if (!many(look.invalid))
+    if (!many(invalid))
         return std::nullopt;
     const std::size_t missing = count_of(StoredKind::missing, subject.camera, subject);
     const StoredStatistics found = statistics_of(subject);
-    if (!many(look.invalid - std::min(look.invalid, missing + found.nan)))
+    if (!many(invalid - std::min(invalid, missing + found.nan)))
         return std::nullopt;
-    return text(percent(look.invalid, look.pixels), " of the pixels are invalid: ", reason(subject, found));
+    return text(percent(invalid, look.pixels), " of the pixels are invalid: ", reason(subject, found));
 }
 
 // The units of files that this image may have, of which `fits` is true, but for the one that the camera has.
@@ -362,6 +404,20 @@ Doubt buffer_doubt(const Subject& subject) {
                 ", as in a depth buffer; if it is one, say \"encoding\": \"window\" with near and far");
 }
 
+// Where a lens folds within the image, beyond which nothing is seen. A fisheye whose circle ends in the image is another matter.
+Doubt fold_doubt(const Camera& camera) {
+    if (!camera.lens)
+        return std::nullopt;
+    const lens::CameraLens lens(camera);
+    const double part = lens.part_beyond_fold(camera.width, camera.height);
+    if (!(part > many_beyond_fold))
+        return std::nullopt;
+    const auto& fold = *lens.laws().fold();
+    return text(number(100 * part, 2), " % of the pixels have no ray, because the lens folds ",
+                number(fold.angle * 180 / std::numbers::pi, 3), " degrees from its axis, where ", fold.coefficient,
+                " bends it most; calibrate with points in the image's corners, or give the part that they surround");
+}
+
 // The value of a sky as a distance.
 Doubt sky_doubt(const Subject& subject) {
     const Look& look = subject.look;
@@ -382,31 +438,10 @@ Doubt sky_doubt(const Subject& subject) {
                 number(value));
 }
 
-// What `linearize` makes of stored values. The last bit may differ.
-auto decoder(const Camera& camera, const HostDepth& stored) {
-    check_size(camera, stored);
-    const DepthForm form = depth_form(straightened(camera), stored.storage);
-    return [form, rays = is_along_ray(form) ? camera_rays(camera) : Rays{}](int x, int y, float value,
-                                                                            std::uint32_t bits) {
-        constexpr float invalid = std::numeric_limits<float>::quiet_NaN();
-        const StoredKind kind = kind_of(form, value, bits);
-        if (kind == StoredKind::background)
-            return std::numeric_limits<float>::infinity();
-        if (kind == StoredKind::missing || !(value >= form.lowest && value <= form.highest))
-            return invalid;
-        if (std::isinf(value) && (form.form == Form::affine || form.form == Form::ray_distance))
-            return form.farther * value > 0 ? form.farther * value : invalid; // sums of it would be NaN
-        const auto z = static_cast<float>(view_depth(form, rays, x + 0.5, y + 0.5, static_cast<double>(value)));
-        return z > form.least_depth ? z : invalid;
-    };
-}
-
 } // namespace
 
 Doubt refusal(const Subject& subject) {
-    if (subject.camera.lens) // nothing here knows bent rays
-        return std::nullopt;
-    if (subject.look.invalid == subject.look.pixels)
+    if (invalid_of(subject) == subject.look.pixels)
         return "no pixel has a depth: " + reason(subject, statistics_of(subject));
     if (const Doubt halves = half_bits_doubt(subject))
         return halves;
@@ -417,10 +452,6 @@ std::vector<std::string> doubts(const Subject& subject) {
     if (const Doubt refused = refusal(subject)) // whatever else is seen follows from it
         return {*refused};
     const Camera& camera = subject.camera;
-    if (camera.lens) {
-        const Doubt bent = flat_surfaces_doubt(subject);
-        return bent ? std::vector{*bent} : std::vector<std::string>{};
-    }
     const bool distances = counts_distances(camera.encoding), float_distances = distances && is_float(subject.storage);
     std::vector<std::string> said;
     const auto add = [&](const Doubt& doubt) {
@@ -438,7 +469,7 @@ std::vector<std::string> doubts(const Subject& subject) {
     if (!is_invalid) // or holes would be told twice
         add(special_number_doubt(subject));
     add(filtered_doubt(subject));
-    if (!is_buffer && !is_invalid)
+    if (!is_buffer && (!is_invalid || camera.lens)) // behind the camera values along its axis are below 0
         add(flat_surfaces_doubt(subject));
     add(photograph_doubt(subject));
     said.insert(said.end(), of_another.begin(), of_another.end());
@@ -447,6 +478,7 @@ std::vector<std::string> doubts(const Subject& subject) {
         add(range_doubt(subject));
         add(clipped_doubt(subject));
     }
+    add(fold_doubt(camera));
     return said;
 }
 
@@ -455,7 +487,8 @@ namespace {
 // Asks about the whole image.
 template <typename Ask>
 auto asked_of(const Camera& camera, const HostDepth& stored, const Ask& ask) {
-    const auto decode = decoder(camera, stored);
+    check_size(camera, stored);
+    const auto decode = decoder(camera, stored.storage);
     std::vector<float> z;
     z.reserve(static_cast<std::size_t>(stored.width) * static_cast<std::size_t>(stored.height));
     for (int y = 0; y < stored.height; ++y) {
@@ -505,7 +538,8 @@ std::vector<std::string> lens_doubts(const Camera& camera, const HostDepth& stor
 
 std::vector<std::string> depth_doubts_of_sample(const Camera& camera, const HostDepth& stored) {
     constexpr int most_windows = 2, growth = 4, columns = 24, rows = 16, most_of_numbers = 240, rows_of_numbers = 40;
-    const auto decode = decoder(camera, stored);
+    check_size(camera, stored);
+    const auto decode = decoder(camera, stored.storage);
     Subject subject(camera, stored.storage, most_windows, growth);
     const auto look_at = [&](int x, int y, const auto& put) {
         visit_values(part_of(stored, x, y, 1, 1),

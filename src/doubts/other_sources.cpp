@@ -97,7 +97,8 @@ double median_bend(std::span<const std::vector<float>> columns, int height) {
 Doubt panorama_doubt(const Subject& subject) {
     const int width = subject.camera.width, height = subject.camera.height;
     constexpr int least_height = 32;
-    if (width != 2 * height || height < least_height || !subject.camera.projection.is_perspective())
+    if (subject.camera.lens || width != 2 * height || height < least_height ||
+        !subject.camera.projection.is_perspective())
         return std::nullopt;
     std::vector<float> step, seam, half, mirrored; // of the rows, relative to the depth
     std::vector<float> firsts;                     // values of the first column

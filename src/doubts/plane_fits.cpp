@@ -9,11 +9,13 @@
 
 #include <Eigen/Cholesky>
 #include <Eigen/Core>
+#include <Eigen/Geometry>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
+#include <numbers>
 #include <set>
 #include <utility>
 
@@ -237,6 +239,8 @@ PlaneQuantity quantity_of(Shape shape, double p, const PlaneSample& at) {
         const double e = std::exp(-p * v);
         return {e, 1 / (p * e)};
     }
+    case Shape::panorama:
+        break;
     }
     return {v, 1};
 }
@@ -248,7 +252,35 @@ double misfit(std::span<const PlaneSample> patch, std::span<const PlaneQuantity>
     return residual<3>(std::span(equations).first(patch.size()));
 }
 
+namespace {
+
+// On a plane 1/v is linear in the unit ray u, so that 1/(v e u) is affine in where u meets the plane across e.
+double panorama_misfit(std::span<const PlaneSample> patch) {
+    std::array<Eigen::Vector3d, Window::size> rays;
+    Eigen::Vector3d middle = Eigen::Vector3d::Zero();
+    for (std::size_t i = 0; i < patch.size(); ++i) {
+        const double longitude = std::numbers::pi * patch[i].x, latitude = std::numbers::pi * patch[i].y;
+        rays[i] = {std::cos(latitude) * std::sin(longitude), std::sin(latitude),
+                   std::cos(latitude) * std::cos(longitude)};
+        middle += rays[i];
+    }
+    middle.normalize();
+    const Eigen::Vector3d right = middle.unitOrthogonal(), down = middle.cross(right);
+    std::array<PlaneSample, Window::size> places;
+    std::array<PlaneQuantity, Window::size> quantities;
+    for (std::size_t i = 0; i < patch.size(); ++i) {
+        const double straight = middle.dot(rays[i]), v = patch[i].v;
+        places[i] = {0, 0, right.dot(rays[i]) / straight, down.dot(rays[i]) / straight, v};
+        quantities[i] = {1 / (straight * v), straight * v * v};
+    }
+    return misfit(std::span(places).first(patch.size()), std::span(quantities).first(patch.size()));
+}
+
+} // namespace
+
 double misfit(std::span<const PlaneSample> patch, Shape shape, double parameter) {
+    if (shape == Shape::panorama)
+        return panorama_misfit(patch);
     std::array<PlaneQuantity, Window::size> quantities;
     for (std::size_t i = 0; i < patch.size(); ++i)
         quantities[i] = quantity_of(shape, parameter, patch[i]);
@@ -288,6 +320,8 @@ PlaneFits fit_planes(const std::vector<float>& values, int width, int height, Ro
         add(Shape::ray, 0.13, 2.75, 14); // from 15 to 140 degrees
         add(Shape::logarithmic, 1.5, 30, 12);
     }
+    if (width == 2 * height)
+        found.shapes.push_back({Shape::panorama});
     add(Shape::offset, 10000 * least_offset, least_offset, 14);
     add(Shape::reversed_offset, 1, 1e-3, 10);
     add(Shape::inverse_ray, 0.13, 2.75, 14);

@@ -37,6 +37,7 @@ enum class Shape {
     inverse_ray,     ///< s v: inverse distance along the ray; p as for `ray`
     logarithmic,     ///< 1/(exp(p v) - 1)
     exponential,     ///< exp(-p v)
+    panorama, ///< 1/(v e u): distance along the unit rays u of a picture of all directions, e that of the patch's middle
 };
 
 /// A stored value of a patch of the image.
@@ -51,6 +52,7 @@ struct PlaneQuantity {
     double value = 0, change = 1;
 };
 
+/// Of any shape but `panorama`, over whose planes it is affine in another place than the pixel.
 PlaneQuantity quantity_of(Shape shape, double parameter, const PlaneSample& sample);
 
 /// How far a quantity of each sample is from being affine in the pixel over a patch of up to 64 samples: the root of the mean

@@ -175,7 +175,7 @@ struct Findings {
 };
 
 // What is affine in the pixel over planes.
-enum class Kind { unknown, value, reciprocal, over_ray, times_ray, exponent };
+enum class Kind { unknown, value, reciprocal, over_ray, times_ray, exponent, panorama };
 
 struct KindShapes {
     Kind kind;
@@ -192,6 +192,7 @@ const std::vector<KindShapes>& kinds() {
         {Kind::over_ray, {Shape::ray}, "|ray|/v (distance along the ray)"},
         {Kind::times_ray, {Shape::inverse_ray}, "|ray| · v (inverse distance along the ray)"},
         {Kind::exponent, {Shape::logarithmic, Shape::exponential}, "exp(v) (logarithmic and exponential depth)"},
+        {Kind::panorama, {Shape::panorama}, "1/v on the sphere (a picture of all directions)"},
     };
     return all;
 }
@@ -318,6 +319,15 @@ Guess radial_guess(const Findings& found, bool is_measured) {
                  scale_key(found, scale) + apart_keys(found, !found.values.is_float)),
             is_measured ? "the scale; the angle of view is measured, with the axis in the middle"
                         : "the angle of view"};
+}
+
+Guess panorama_guess(const Findings& found) {
+    const auto [unit, scale] = plausible_unit(found);
+    return {Family::radial, "distance along the ray of a picture of all directions (equirectangular); " + unit,
+            found.part({Shape::panorama}),
+            file(R"("lens": {"model": "equirectangular"}, "encoding": "ray-distance")" + scale_key(found, scale) +
+                 apart_keys(found, !found.values.is_float)),
+            "the scale"};
 }
 
 Guess inverse_guess(const Findings& found, bool along_ray = false) {
@@ -525,6 +535,9 @@ Ranking rank_encodings(const HostDepth& stored) {
         break;
     case Kind::over_ray:
         ranking.guesses = {radial_guess(found, true)};
+        break;
+    case Kind::panorama:
+        ranking.guesses = {panorama_guess(found)};
         break;
     case Kind::times_ray:
         ranking.guesses = {inverse_guess(found, true)};

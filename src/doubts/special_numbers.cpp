@@ -258,7 +258,7 @@ void LineBorders::add(std::span<const Value> values, const DepthForm& form, bool
 std::optional<std::string> special_number_doubt(const Subject& subject) {
     const Camera& camera = subject.camera;
     const SharedNumbers& shared = subject.numbers;
-    const DepthForm form = depth_form(camera, subject.storage);
+    const DepthForm form = depth_form(straightened(camera), subject.storage);
     const Rays rays = is_along_ray(form) ? camera_rays(camera) : Rays{};
     const bool floats = is_float(subject.storage);
     for (std::size_t i = 0; i < shared.numbers.size(); ++i) {

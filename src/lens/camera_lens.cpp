@@ -44,18 +44,26 @@ std::optional<Eigen::Vector3d> CameraLens::direction(double x, double y) const {
     return to_view_.cwiseProduct(Eigen::Vector3d(a.value, b.value, c.value));
 }
 
-void CameraLens::require_unfolded(int width, int height) const {
+double CameraLens::part_beyond_fold(int width, int height) const {
     const auto& fold = laws_.fold();
     if (!fold || fold->angle >= std::numbers::pi / 2)
-        return;
+        return 0;
     constexpr int across = 64; // places in a row and in a column
     int beyond = 0;
     for (int y = 0; y < across; ++y)
         for (int x = 0; x < across; ++x)
             beyond += !direction((x + 0.5) * width / across, (y + 0.5) * height / across);
-    require(2 * beyond <= across * across, "the lens ", to_string(law()), " folds ",
-            fold->angle * 180 / std::numbers::pi, " degrees from its axis, at a radius of ", fold->radius,
-            " focal lengths, where ", fold->coefficient, " bends it most, and ", 100 * beyond / (across * across),
+    return static_cast<double>(beyond) / (across * across);
+}
+
+void CameraLens::require_unfolded(int width, int height) const {
+    const double beyond = part_beyond_fold(width, height);
+    if (!(beyond > 0.5))
+        return;
+    const auto& fold = *laws_.fold();
+    require(false, "the lens ", to_string(law()), " folds ", fold.angle * 180 / std::numbers::pi,
+            " degrees from its axis, at a radius of ", fold.radius, " focal lengths, where ", fold.coefficient,
+            " bends it most, and ", static_cast<int>(100 * beyond),
             " % of the image lie beyond; calibrate with points in its corners, or give the part that they surround");
 }
 

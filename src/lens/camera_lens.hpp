@@ -23,6 +23,9 @@ public:
     /// A ray's part along the view axis.
     double ahead(const Eigen::Vector3d& ray) const { return to_view_.z() * ray.z(); }
 
+    /// The part of such an image that lies beyond a fold within 90 degrees of the axis; 0 without one.
+    double part_beyond_fold(int width, int height) const;
+
     /// Throws: std::invalid_argument where the lens folds within 90 degrees of its axis, and more than half of such an image lies
     /// beyond. A fisheye's circle may cover less.
     void require_unfolded(int width, int height) const;

@@ -213,7 +213,7 @@ void check_picture(const StoredDepth& stored, const NamedImage& picture, const c
     const auto& [name, image] = picture;
     check_picture_of_any_size(stored, picture);
     require(image.width() == stored.image.width() && image.height() == stored.image.height(), name, " is ",
-            size_of(image), " pixels, the depth ", size_of(stored.image), cure);
+            size_of(image), " pixels, the depth ", size_of(stored.image), stored.camera.lens ? "" : cure);
 }
 
 void check_picture_of_any_size(const StoredDepth& stored, const NamedImage& picture) {

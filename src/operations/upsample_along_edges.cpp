@@ -46,7 +46,10 @@ StoredDepth upsample_along_edges(const StoredDepth& stored, const Image& color) 
     check_stored(stored);
     check_picture_of_any_size(stored, {"color", color});
     const int width = stored.image.width(), height = stored.image.height();
-    require(!stored.camera.lens, "the camera has a lens, and upsample_along_edges takes straight rays only");
+    require(!stored.camera.lens, "color is ", color.width(), " x ", color.height(), " pixels, the depth ", width, " x ",
+            height,
+            ", and the camera has a lens, through which depth is not brought to another size; give both of "
+            "one size");
     require(stored.camera.width == width && stored.camera.height == height,
             "the stored depth is a part of an image; upsample_along_edges takes the whole");
     require(have_same_ratio(width, height, color.width(), color.height()), "color is ", color.width(), " x ",

@@ -7,6 +7,7 @@
 #include "io/floats_on_host.hpp"
 #include "terminal/messages.hpp"
 
+#include <fathom/dof.hpp>
 #include <fathom/doubts.hpp>
 #include <fathom/error.hpp>
 #include <fathom/findings.hpp>
@@ -268,6 +269,9 @@ void print_lens(const Camera& camera, const LensFindings& found) {
     if (found.steep)
         print_row("too steep",
                   fmt::format("{} pixels: more than 89° from the axis, along which depth counts", found.steep));
+    if (camera.lens->law == LensLaw::brown)
+        print_row("circles", fmt::format("{:.2g} % off in shape at most, of which dof takes {:.0f} %",
+                                         100 * circle_deformation(camera), 100 * dof_shape_error));
     if (found.fold)
         print_row("fold",
                   fmt::format("{:.4g}° from the axis, at a radius of {:.4g}; {} bends it most",

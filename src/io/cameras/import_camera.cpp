@@ -63,7 +63,15 @@ Imported imported_by_format(const fs::path& file, const ImportOptions& options) 
 
 /// Rays as normals lie in files: three channels of unit vectors, 0 where there is none.
 RayMap read_ray_map(const fs::path& file) {
-    const cv::Mat rays = read_normals(file);
+    cv::Mat rays;
+    try {
+        rays = read_normals(file);
+    } catch (const UnansweredRead&) {
+        throw;
+    } catch (const Error& error) {
+        throw Error(std::string(error.what()) +
+                    "; a map of rays has three channels of floats, x right, y down and z ahead (EXR, TIFF or NPY)");
+    }
     RayMap map{rays.cols, rays.rows};
     for (int y = 0; y < rays.rows; ++y)
         map.rays.insert(map.rays.end(), rays.ptr<float>(y), rays.ptr<float>(y) + 3 * rays.cols);

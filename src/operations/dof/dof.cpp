@@ -3,6 +3,7 @@
 #include "operations/dof/dof.hpp"
 
 #include "camera/circle_form.hpp"
+#include "camera/form.hpp"
 #include "description/check.hpp"
 #include "description/dof.hpp"
 #include "operations/bands.hpp"
@@ -56,11 +57,21 @@ void check_clean_plate(const CleanPlate& clean_plate, const StoredDepth& stored,
             "the clean plate's depth is of another region than the depth");
 }
 
+std::string percent_of(double part) {
+    return text(std::round(1000 * part) / 10, " %");
+}
+
 void check(const StoredDepth& stored, const Image& color, const DofOptions& options) {
     check_stored(stored);
-    require(!stored.camera.lens,
-            "the camera has a lens that bends its rays, and dof takes straight rays only; undo the "
-            "distortion (docs/cameras.md)");
+    if (stored.camera.lens) {
+        require(has_plane_in_focus(stored.camera), "the camera has the lens ", to_string(stored.camera.lens->law),
+                ", whose circles of confusion have another shape in each part of the image; dof takes straight rays "
+                "and brown, so undo the distortion (docs/cameras.md)");
+        const double off = circle_deformation(stored.camera);
+        require(off <= dof_shape_error, "the lens brown makes circles of confusion ", percent_of(off),
+                " wider or narrower in some part of the image than on its axis; dof takes ",
+                percent_of(dof_shape_error), " at most, so undo the distortion (docs/cameras.md)");
+    }
     check_picture(stored, {"color", color}, upsample_to_picture);
     if (options.clean_plate)
         check_clean_plate(*options.clean_plate, stored, color);
@@ -534,7 +545,7 @@ DofBytes dof_bytes(std::size_t budget) {
 void blur(const StoredDepth& stored, const Image& color, const Image& result, const CircleOfConfusion& coc,
           const DofOptions& options, const DofBytes& allowed) {
     if (coc.k == 0 && coc.g == 0) {
-        check_circle(coc, depth_form(stored.camera, stored.storage));
+        check_circle(coc, depth_form(straightened(stored.camera), stored.storage));
         return runtime::copy(color, result);
     }
     const auto widest = [&](const StoredDepth& depth) {
