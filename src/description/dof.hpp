@@ -18,7 +18,7 @@ void describe(const Visitor& v, Options& o) {
     v("ratio", o.aperture.ratio, between(0.1, 10),
       "height over width of an aperture without blades, an ellipse, as anamorphic lenses have it");
     v("quality", in<Quality>(o.quality), {"fast", "balanced", "accurate"},
-      "speed against accuracy. accurate is also exact behind a blurred edge, in 4 times the time and more for large "
+      "speed against accuracy. accurate is also exact behind a blurred edge, in 3 times the time and more for large "
       "circles");
     v("max_error", in<&MaxError::value>(o.quality), tolerated_error,
       "rms error of colours from 0 to 1, instead of a quality: takes the fastest quality whose measured error is at "

