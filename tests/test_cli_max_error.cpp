@@ -65,7 +65,8 @@ TEST_CASE("max-error program: refused in one line, with the best, where nothing 
     const Room room;
     for (const std::string operation : {"ssao", "dof", "normals"}) {
         const Outcome outcome = run(asked(room, operation, {"--max-error", "1e-9"}));
-        check_refused(outcome, 1, "--max-error 1e-09 is met by nothing that " + operation + " has: the best, ");
+        check_refused(outcome, 1,
+                      "--max-error 1e-09 is met by none of the timed methods of " + operation + ": the best, ");
         CHECK(contains(outcome.err, room.input));
     }
 }

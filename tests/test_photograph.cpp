@@ -101,15 +101,18 @@ TEST_CASE("photograph: depth has its edge where the picture has one, and rows ma
     CHECK_THROWS_AS(upsample_along_edges(picture, picture), std::invalid_argument);
     CHECK_THROWS_AS(upsample_along_edges(coarse, coarse), std::invalid_argument);
     CHECK_THROWS_AS(upsample_along_edges({}, picture), std::invalid_argument);
+    const std::vector<float> wide(std::size_t{3} * static_cast<std::size_t>(2 * picture.width * picture.height));
+    CHECK_THROWS_WITH(upsample_along_edges(coarse, {wide.data(), 2 * picture.width, picture.height, 3}),
+                      ContainsSubstring("same ratio of width to height"));
 }
 
 TEST_CASE("photograph: the order of the picture's channels changes no bit of the depth", "[photograph]") {
     std::mt19937 random(1);
     std::uniform_real_distribution<float> any(0, 1);
-    std::vector<float> color(120 * 80 * 3), depth(40 * 30);
+    std::vector<float> color(120 * 90 * 3), depth(40 * 30);
     std::ranges::generate(color, [&] { return any(random); });
     std::ranges::generate(depth, [&] { return 1 + any(random); });
-    const auto fine = [&] { return upsample_along_edges(floats_of(depth, 40, 30, 1), floats_of(color, 120, 80, 3)); };
+    const auto fine = [&] { return upsample_along_edges(floats_of(depth, 40, 30, 1), floats_of(color, 120, 90, 3)); };
     const std::vector<float> red_first = fine();
     for (std::size_t i = 0; i < color.size(); i += 3)
         std::swap(color[i], color[i + 2]);

@@ -45,7 +45,7 @@ def input_of(option):
 def value_of(given):
     try:
         numbers = json.loads(f"[{given}]")
-        return numbers if numbers[1:] else numbers[0]
+        return numbers[0] if len(numbers) == 1 else numbers
     except ValueError:
         return given
 
@@ -75,10 +75,10 @@ def codes_of(image, light, made):  # in the memory of the light
 
 def relative_depth(depth, given):
     """Depth as its file has it: of 8 bits ComfyUI makes floats. Floats of a batch have one range, as those of a shot."""
-    few = depth[:, ::8, ::8, :3]
+    few = depth[:, ::8, ::8, :3].nan_to_num()
     if (few != few[..., :1]).any():
         raise ValueError("depth: has colours, in which its order is lost; give the grey depth")
-    if all(torch.equal((each * 255).round() / 255, each) for each in (few, depth[..., :1])):
+    if all(torch.equal((each * 255).round().clamp(0, 255) / 255, each) for each in (few, depth[..., :1])):
         return (depth[..., :1] * 255).round().to(torch.uint8)
     known = depth[depth.isfinite()] if len(depth) > 1 else few[:0]
     if len(known) and known.min() < known.max():

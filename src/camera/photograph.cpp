@@ -145,6 +145,9 @@ std::vector<float> upsample_along_edges(const HostFloats& depth, const HostFloat
     require(depth.channels == 1, "the depth has ", depth.channels, " channels; it must have one");
     require(color.channels == 3 || color.channels == 4, "color has ", color.channels,
             " channels; it must have 3, or 4 with an alpha");
+    require(have_same_ratio(depth.width, depth.height, color.width, color.height), "color is ", color.width, " x ",
+            color.height, " pixels, the depth ", depth.width, " x ", depth.height,
+            "; both must show the same, with the same ratio of width to height");
     const EdgeUpsampling upsampling(depth, color);
     std::vector<float> result(static_cast<std::size_t>(color.width) * static_cast<std::size_t>(color.height));
     in_threads(color.height, [&](int begin, int end) {

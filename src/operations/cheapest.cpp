@@ -112,8 +112,8 @@ MeasuredMethod cheapest_method(Operation operation, const Tile& tile, double max
     if (found)
         return *found;
     const MeasuredMethod& best = *std::ranges::min_element(list, {}, &MeasuredMethod::error);
-    throw std::invalid_argument(text("max_error = ", max_error, " is met by nothing that ", to_string(operation),
-                                     " has: the best, ", best.method, ", is off by ", best.error,
+    throw std::invalid_argument(text("max_error = ", max_error, " is met by none of the timed methods of ",
+                                     to_string(operation), ": the best, ", best.method, ", is off by ", best.error,
                                      " in the scene that it is worst in, ", best.scene));
 }
 

@@ -157,6 +157,14 @@ def check_relative(module):
     made = node("CameraBlur", image=image, depth=(codes / 255)[None, ..., None].repeat(1, 1, 1, 3), **blur)
     check(same(made, expected[None]), "CameraBlur: depth of 8 bits and of half the size, the program's bits")
 
+    # Numbers that no 8 bits hold are floats, whole ones too, and some may be unknown.
+    unknown = depth.clone()
+    unknown[:, 0, 0] = float("nan")
+    for what, given in (("whole numbers", (depth * 40).round()), ("unknown pixels", unknown)):
+        blurred = torch.from_numpy(fathom.dof(numpy.ascontiguousarray(given[0, ..., 0]), None, light.numpy(), **lens))
+        check(same(node("CameraBlur", image=image, depth=given, **blur), codes_of(module, image[0], light, blurred)[None]),
+              f"CameraBlur: depth with {what}, the bits of fathom.dof")
+
     # A batch of floats has the range of all of it, as the program's shot has.
     frames = [scene(90, 160, 0.1 * i) for i in range(2)]
     depths = torch.cat([frames[0][1], 3 * frames[1][1] + 1])
@@ -248,6 +256,8 @@ def check_mistakes():
     refused(["Camera", "JSON"], "Fog", **fog, camera="preset: blender")
     refused(["fov_x_deg"], "Fog", **fog, fov_x_deg=200.0)
     refused(["height fog", "view matrix"], "Fog", **fog, fov_x_deg=60.0, height_falloff=0.5)
+    refused(["focus_at"], "CameraBlur", **blur, focus_at=" ")
+    refused(["same ratio"], "Occlusion", image=image, depth=depth[:, ::2] + 1, fov_x_deg=60.0, radius=0.5)
     refused(["radius"], "Occlusion", image=image, depth=depth + 1, fov_x_deg=60.0, radius=0.0)
 
 
