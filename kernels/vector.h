@@ -65,6 +65,7 @@ typedef LANES(uchar) ucharV;
 
 // One vector at any element's address. vloadN and vstoreN would do; PoCL splits a vstore16 into three.
 typedef floatV __attribute__((aligned(4))) float_lanes;
+typedef intV __attribute__((aligned(4))) int_lanes;
 typedef uintV __attribute__((aligned(4))) uint_lanes;
 typedef ushortV __attribute__((aligned(2))) ushort_lanes;
 typedef ucharV __attribute__((aligned(1))) uchar_lanes;

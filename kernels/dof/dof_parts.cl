@@ -144,8 +144,6 @@ INLINE void add_pixels(__global const float* here, int x, int y, __global const 
 #define VECTORS (V * WIDTH / 16)
 typedef float16 __attribute__((aligned(4))) floats_of_pixels;
 
-typedef intV __attribute__((aligned(4))) int_lanes;
-
 // The half-planes of V pixels, as rows cut them.
 typedef struct {
     intV right; // does it open to the right?

@@ -21,7 +21,6 @@ INLINE face_planeV face_plane(const face_params* p, floatV x, floatV y, floatV z
 }
 
 // The planes of these pixels: their numbers, none of which is negative.
-typedef intV __attribute__((aligned(4))) int_lanes;
 INLINE face_planeV planes_at(__global const float* planes, intV pixels, const face_params* p) {
     const int_lanes numbers = pixels;
     const int* const at = (const int*)&numbers;
