@@ -230,6 +230,38 @@ TEST_CASE("pipes: relative depth, animated values and warnings go with them", "[
     CHECK_FALSE(contains(piped.err, "/proc"));
 }
 
+TEST_CASE("pipes: a frame of one depth, as after a fade to black, is in focus and ends nothing", "[pipes]") {
+    const Shot shot;
+    const std::string black = shot.folder / "black.raw", as_rgb = shot.folder / "black-rgb.raw";
+    std::string codes, bytes;
+    for (int i = 1; i <= frames; ++i) {
+        const cv::Mat depth = depth_of(i) * (i == 2 || i == frames ? 0 : 16);
+        cv::Mat eight, grey;
+        depth.convertTo(eight, CV_8U, 1 / 256.0);
+        cv::merge(std::vector<cv::Mat>(3, eight), grey);
+        codes += raw<uchar>(depth);
+        bytes += raw<uchar>(grey);
+    }
+    write(black, codes);
+    write(as_rgb, bytes);
+    const Arguments blur{"dof",       "-",   "--color",    shot.folder / "c.####.png",
+                         "-o",        "-",   "--relative", "high-is-near",
+                         "--blur-px", "40",  "--focus-at", "40,4",
+                         "--quality", "fast"};
+    for (const auto& [file, more] : {std::pair{black, Arguments{}}, {as_rgb, {"--depth-format", "rgb24"}}}) {
+        const Outcome outcome = shot.piped(joined(blur, more), "\"$@\" < '" + file + "' > '" + shot.out + "'");
+        INFO(outcome.err);
+        CHECK(outcome.code == 0);
+        CHECK(contains(outcome.err, "warning: standard input, frame 2: all its values are the same"));
+        const std::string got = content(shot.out), sharp = content(shot.color);
+        REQUIRE(got.size() == sharp.size());
+        for (int i = 0; i < frames; ++i) {
+            const auto frame = [&](const std::string& of) { return of.substr(i * pixels * 3, pixels * 3); };
+            CHECK((frame(got) == frame(sharp)) == (i == 1 || i == frames - 1));
+        }
+    }
+}
+
 TEST_CASE("pipes: what is wrong is told in one line, and whole frames come out before it", "[pipes]") {
     const Shot shot;
     const auto refused = [&](const Arguments& arguments, int code, const std::string& named,

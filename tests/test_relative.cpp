@@ -224,6 +224,21 @@ TEST_CASE("relative: stored values become 0 to 1, of the picture's size, with on
     CHECK(codes.doubts.front() == "its values take 0.087 % of what 16 bits hold, so that little is blurred; say with "
                                   "relative_range which codes are nearest and farthest");
 
+    // A frame of one value has a place if it has codes or a range. Otherwise it is in focus.
+    const std::vector<float> one(wide * high, 51);
+    for (const auto& [bits, options, v, doubts] : {std::tuple{8, RelativeOptions{}, 0.2, 1},
+                                                   {8, {.range = std::array{11.0, 61.0}}, 0.8, 0},
+                                                   {32, {}, 0.0, 1},
+                                                   {32, {.range = std::array{11.0, 61.0}}, 0.8, 0},
+                                                   {32, {.focus_range = FocusRange{0.25, 0.5}}, 0.25, 1},
+                                                   {8, {.focus_range = FocusRange{0.25, 0.5}}, 0.2, 1}}) {
+        const RelativeValues made = relative_values({one.data(), wide, high}, bits, options);
+        CHECK(std::ranges::all_of(made.values,
+                                  [&](float value) { return std::abs(static_cast<double>(value) - v) < 1e-7; }));
+        CHECK(static_cast<int>(made.doubts.size()) == doubts);
+        CHECK((made.doubts.empty() || made.doubts.front().starts_with("all its values are the same")));
+    }
+
     const std::vector<float> light(3 * wide * scale * high * scale, 0.4f);
     const HostFloats color{light.data(), wide * scale, high * scale, 3};
     const RelativeValues fine = relative_values(stored, 32, {}, color);
@@ -238,7 +253,8 @@ TEST_CASE("relative: stored values become 0 to 1, of the picture's size, with on
                              const HostFloats& picture, const std::string& why) {
         CHECK_THROWS_WITH(relative_values(image, bits, options, picture), ContainsSubstring(why));
     };
-    refused({light.data(), 4, 4}, 32, {}, {}, "no two different values");
+    const std::vector<float> unknown(16, NAN);
+    refused({unknown.data(), 4, 4}, 32, {}, {}, "no value that is a number");
     refused(stored, 12, {}, {}, "bits = 12");
     refused(stored, 32, {.range = std::array{2.0, 2.0}}, {}, "the lesser one");
     refused(stored, 32, {.range = std::array{2.0, HUGE_VAL}}, {}, "must be finite");

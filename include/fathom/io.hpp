@@ -66,7 +66,7 @@ struct ReadRelativeOptions {
 
 /// Reads relative depth: PNG, JPEG and TIFF of 8 and 16 bits; TIFF, PFM and OpenEXR of floats. It has one channel, or R = G = B;
 /// of OpenEXR a channel is taken.
-/// Throws: Error as `read_depth`, for depth painted with a colour map, for values that are all the same, and for a range that
+/// Throws: Error as `read_depth`, for depth painted with a colour map, for pixels of which none has a value, and for a range that
 /// is not finite or does not ascend.
 RelativeFile read_relative(const std::filesystem::path& file, const ReadRelativeOptions& options = {});
 

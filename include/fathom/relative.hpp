@@ -61,8 +61,8 @@ struct RelativeValues {
 /// (`smooth_steps`) unless a range is given, depth gets the size of a picture of another size along its edges
 /// (`upsample_along_edges`), and the range in focus becomes one value (`flatten_range`). `bits`: 8 and 16 for codes, 32 for floats.
 /// `color`: the picture in linear light, if there is one. `range_option`: how a doubt calls `RelativeOptions::range`.
-/// Throws: std::invalid_argument for channels other than one or R = G = B, and an alpha; for values that are all the same; for
-/// a range that is not finite or does not ascend; and for a picture of another ratio of width to height, by more than 1 %.
+/// Throws: std::invalid_argument for channels other than one or R = G = B, and an alpha; for pixels of which none has a
+/// value; for a range that is not finite or does not ascend; and for a picture of another ratio of width to height, by more than 1 %.
 RelativeValues relative_values(const HostFloats& stored, int bits, const RelativeOptions& options = {},
                                const HostFloats& color = {}, const std::string& range_option = "relative_range");
 

@@ -237,10 +237,14 @@ void check_bits(int bits) {
     require(bits == 8 || bits == 16 || bits == 32, "bits = ", bits, " must be 8, 16 or 32");
 }
 
-std::optional<std::string> little_range(std::span<const float> values, int bits, const std::string& range_option) {
+std::optional<std::string> doubt_of(std::span<const float> values, int bits, const std::string& range_option) {
     constexpr double little = 0.1; // of 0 to 1
+    if (bits == 32 && std::ranges::any_of(values, [](float value) { return value > 0 && value < 1; }))
+        return std::nullopt; // floats go from 0 to 1
     const auto [least, most] = ends_of(values);
-    if (most - least >= little)
+    if (!(least < most))
+        return "all its values are the same, so nothing is nearer than anything else; is it the right file?";
+    if (bits == 32 || most - least >= little)
         return std::nullopt;
     return text("its values take ", std::setprecision(2), 100 * (most - least), " % of what ", bits,
                 " bits hold, so that little is blurred; say with ", range_option,
@@ -303,18 +307,20 @@ void to_fractions(std::span<float> values, int bits, const std::optional<std::ar
         require((*range)[0] < (*range)[1], "cannot be brought from ", (*range)[0], " to ", (*range)[1],
                 "; the range's first end must be the lesser one");
     const std::array<double, 2> ends = ends_of(values);
-    if (bits < 32 && !range && ends[0] < ends[1]) {
+    require(range || ends[0] <= ends[1], "has no value that is a number; is it the right file?");
+    if (bits < 32 && !range) {
         for (float& value : values)
             value /= bits == 8 ? 255.0f : 65535.0f;
         return;
     }
     const auto [low, high] = range.value_or(ends);
-    require(high > low, "has no two different values, so nothing is nearer than anything else; is it the right file?");
     require(std::isfinite(low) && std::isfinite(high), "cannot be brought from ", low, " to ", high,
             "; both ends of the range must be finite");
     for (float& value : values)
-        if (!std::isnan(value))
-            value = static_cast<float>(std::clamp((static_cast<double>(value) - low) / (high - low), 0.0, 1.0));
+        if (!std::isnan(value)) {
+            const double above = static_cast<double>(value) - low;
+            value = high > low ? static_cast<float>(std::clamp(above / (high - low), 0.0, 1.0)) : above > 0 ? 1 : 0;
+        }
 }
 
 RelativeValues relative_values(const HostFloats& stored, int bits, const RelativeOptions& options,
@@ -323,8 +329,8 @@ RelativeValues relative_values(const HostFloats& stored, int bits, const Relativ
     to_fractions(result.values, bits, options.range);
     if (bits == 8 && !options.range)
         smooth_steps(result.values, result.width, result.height, 1 / 255.0);
-    if (bits < 32 && !options.range)
-        if (const auto doubt = little_range(result.values, bits, range_option))
+    if (!options.range)
+        if (const auto doubt = doubt_of(result.values, bits, range_option))
             result.doubts.push_back(*doubt);
     if (color.data) {
         constexpr double other_ratio = 0.01;
@@ -341,8 +347,12 @@ RelativeValues relative_values(const HostFloats& stored, int bits, const Relativ
             result = {std::move(fine), color.width, color.height, std::move(result.doubts)};
         }
     }
-    if (options.focus_range)
+    if (options.focus_range) {
+        if (bits == 32 && !result.doubts.empty()) // one value, of which nobody knows where it lies: it is in focus
+            for (float& value : result.values)
+                value = std::max(value, static_cast<float>(options.focus_range->low));
         flatten_range(result.values, *options.focus_range);
+    }
     return result;
 }
 

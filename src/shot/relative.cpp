@@ -49,7 +49,7 @@ Range range_of(const std::map<Frame, std::string>& files, const DepthOptions& op
         } catch (const Error&) { // is told when the turn of this file comes
         }
     }
-    return range && (*range)[0] <= (*range)[1] ? range : std::nullopt;
+    return range && (*range)[0] < (*range)[1] ? range : std::nullopt;
 }
 
 bool holds_floats(const std::string& file, const DepthOptions& options) {
