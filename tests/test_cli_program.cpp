@@ -369,7 +369,8 @@ TEST_CASE("program: no such device") {
     const Surroundings bare{.largest_file = RLIM_INFINITY, .variable = "OCL_ICD_VENDORS=/nonexistent", .out = {}};
     check_refused(run({"linearize", input, "--camera", camera, "-o", folder / "out/z.exr"}, bare), 3,
                   "no OpenCL device");
-    check_refused(run({"devices"}, bare), 3, "no OpenCL device");
+    check_refused(run({"devices"}, bare), 3,
+                  "no OpenCL device is found in /nonexistent, the only place where OCL_ICD_VENDORS");
     CHECK(run({"inspect", input, "--camera", camera}, bare).code == 0);
     CHECK(folder.results().empty());
 }

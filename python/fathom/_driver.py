@@ -1,6 +1,5 @@
 """Lets OpenCL's loader find Intel's driver for CPUs where pip has put it, which the extra `cpu` brings. It is imported before a
-device is asked for: only then does the loader look, and only once.
-"""
+device is asked for: only then does the loader look, and only once."""
 
 from __future__ import annotations
 
@@ -12,14 +11,20 @@ from importlib import metadata
 from ._fathom import devices
 
 
-def _driver() -> str | None:
-    if os.environ.get("FATHOM_CPU") == "off" or "OCL_ICD_VENDORS" in os.environ or glob.glob("/etc/OpenCL/vendors/*.icd"):
-        return None
+_OF_SYSTEM = "/etc/OpenCL/vendors/*.icd"
+
+
+def _installed() -> str | None:
     try:
         files = metadata.files("intel-opencl-rt") or []
     except metadata.PackageNotFoundError:
         return None
     return next((os.path.realpath(file.locate()) for file in files if file.name == "libintelocl.so"), None)
+
+
+def _driver() -> str | None:
+    refused = os.environ.get("FATHOM_CPU") == "off" or "OCL_ICD_VENDORS" in os.environ
+    return None if refused or glob.glob(_OF_SYSTEM) else _installed()
 
 
 def _prefer_own(folder: str) -> None:
@@ -31,8 +36,7 @@ def _prefer_own(folder: str) -> None:
             ctypes.CDLL(os.path.join(folder, name), ctypes.RTLD_GLOBAL)
 
 
-_found = _driver()
-if _found:
+if _found := _driver():
     _prefer_own(os.path.dirname(_found))
     os.environ["OCL_ICD_VENDORS"] = _found
     try:

@@ -57,18 +57,31 @@ void find_driver() {
     is_found = true;
 }
 
+Device opened(const std::function<Device()>& open) {
+    find_driver();
+    try {
+        const Unlocked released;
+        return open();
+    } catch (const NoDevice& error) {
+        if (!list_devices().empty())
+            throw;
+        throw NoDevice(error.what() +
+                       ("; " + text_of(nb::str(nb::module_::import_("fathom._no_driver").attr("cure")()))));
+    }
+}
+
 Device device_of(const DeviceOption& choice) {
     if (nb::isinstance<Device>(choice.given))
         return nb::cast<Device>(choice.given);
-    find_driver();
     const std::string wanted = device_name_of(choice, "device");
-    const Unlocked released;
-    static std::mutex mutex;
-    static auto& open = *new std::map<std::string, Device>; // drivers may be gone when static objects end
-    const std::lock_guard lock(mutex);
-    if (const auto at = open.find(wanted); at != open.end())
-        return at->second;
-    return open.emplace(wanted, Device::open(wanted)).first->second;
+    return opened([&] {
+        static std::mutex mutex;
+        static auto& open = *new std::map<std::string, Device>; // drivers may be gone when static objects end
+        const std::lock_guard lock(mutex);
+        if (const auto at = open.find(wanted); at != open.end())
+            return at->second;
+        return open.emplace(wanted, Device::open(wanted)).first->second;
+    });
 }
 
 namespace {

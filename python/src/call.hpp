@@ -34,8 +34,11 @@ struct DeviceOption {
 /// What `Device::open` takes, of anything but a `fathom.Device`.
 std::string device_name_of(const DeviceOption& choice, const char* argument);
 
-/// Lets the loader know the driver that the extra `cpu` brings. Called before devices are asked for.
+/// Lets the loader know the driver that the extra `cpu` brings. Called before devices are listed.
 void find_driver();
+
+/// Opens a device without the interpreter's lock. Where there is none at all, the message also says what becomes of the extra `cpu`.
+Device opened(const std::function<Device()>& open);
 
 /// The device that is meant. One that was opened by its name is opened once.
 Device device_of(const DeviceOption& choice);

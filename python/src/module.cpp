@@ -71,9 +71,7 @@ Raises NoDevice naming what is there, and ValueError.)")
                     .vector_width = vector_width, .group_size = group_size, .memory_budget = memory_budget};
                 options.arithmetic = arithmetic.get("arithmetic").value_or(options.arithmetic);
                 const std::string wanted = device_name_of(choice, "wanted");
-                find_driver();
-                const Unlocked released;
-                new (self) Device(Device::open(wanted, options));
+                new (self) Device(opened([&] { return Device::open(wanted, options); }));
             },
             nb::arg("wanted") = nb::none(), nb::kw_only(), nb::arg("arithmetic") = nb::none(),
             nb::arg("vector_width") = 0, nb::arg("group_size") = 0, nb::arg("memory_budget") = 0)

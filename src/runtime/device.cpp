@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cctype>
 #include <charconv>
+#include <cstdlib>
 #include <utility>
 
 #include <sys/mman.h>
@@ -133,9 +134,12 @@ bool has_memory_for_driver() {
         throw Error(
             "less than 256 MiB of memory are left, into which no OpenCL driver can be loaded; raise the limit of "
             "this process (ulimit -v)");
+    if (const char* const vendors = std::getenv("OCL_ICD_VENDORS"); vendors && *vendors)
+        throw NoDevice(text("no OpenCL device is found in ", vendors,
+                            ", the only place where OCL_ICD_VENDORS has drivers looked for; unset it, or let it name "
+                            "a driver's library or a folder of .icd files"));
     throw NoDevice("no OpenCL device is installed; a CPU becomes one with the package pocl-opencl-icd, "
-                   "which needs a folder to write into (POCL_CACHE_DIR), or in Python with pip install "
-                   "fathom-depth[cpu]");
+                   "which needs a folder to write into (POCL_CACHE_DIR)");
 }
 
 const Found& choose(const std::vector<Found>& found, const std::string& wanted, const Failure& failure) {
