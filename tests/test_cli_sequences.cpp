@@ -204,6 +204,7 @@ TEST_CASE("sequences: an option changes from frame to frame") {
     refused(good, {"--animate", "camera=" + csv}, 2, "'camera' is no option that changes");
     refused(good, {"--animate", "png-scale=" + csv}, 2, "'png-scale' is no option that changes");
     refused(good, {"--animate", "focus"}, 2, "NAME=FILE");
+    refused(good, {"--animate", "--=" + csv}, 2, "NAME=FILE");
     refused(good, {"--animate", "focus=" + folder / "none.csv"}, 1, "there is no such file");
     const Arguments keys{"--animate", "focus=" + csv, "--interpolate"};
     refused("1,2\n2,4\n", keys, 1, "has no --focus for frame 3");

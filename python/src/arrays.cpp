@@ -116,12 +116,18 @@ bool takes(nb::handle object, Array& array, const char* argument) {
     return nb::try_cast(capsule_of(object, argument), array); // nanobind would hide what is raised
 }
 
-[[noreturn]] void refuse_object(nb::handle object, const char* argument) {
+// The dtypes of what an argument is for.
+const char* dtypes_of(Holds holds) {
+    return holds == Holds::numbers ? "float32"
+           : holds == Holds::depth ? "float32, float16, uint32, uint16 or uint8"
+                                   : "float32, float16, uint16 or uint8";
+}
+
+[[noreturn]] void refuse_object(nb::handle object, const char* argument, const char* dtypes) {
     if (nb::hasattr(object, "dtype"))
-        refuse(argument,
-               "its dtype is " + text_of(nb::str(nb::object(object.attr("dtype")))) +
-                   ", which cannot be used as it lies; it must be float32, float16, uint32, uint16 or uint8 of "
-                   "this machine's byte order");
+        refuse(argument, "its dtype is " + text_of(nb::str(nb::object(object.attr("dtype")))) +
+                             ", which cannot be used as it lies; it must be " + dtypes +
+                             " of this machine's byte order");
     refuse(argument, text_of(nb::type_name(object.type())) +
                          " is no array; it must have the buffer protocol or DLPack, as NumPy's arrays have");
 }
@@ -132,19 +138,19 @@ struct Native {
 };
 
 // Anything that holds numbers, of any byte order and with gaps of any width.
-Native read_array(nb::handle object, const char* argument) {
+Native read_array(nb::handle object, Holds holds, const char* argument) {
     check_kind(object, argument);
     ReadArray array;
     if (takes(object, array, argument))
         return {array};
     if (!nb::hasattr(object, "__array_interface__"))
-        refuse_object(object, argument);
+        refuse_object(object, argument, dtypes_of(holds));
     const nb::object numpy = nb::module_::import_("numpy");
     const nb::object plain = numpy.attr("asarray")(object);
     const nb::object native = plain.attr("astype")(plain.attr("dtype").attr("newbyteorder")("="));
     if (!nb::try_cast(native, array))
-        refuse(argument, "its dtype is " + text_of(nb::str(nb::object(plain.attr("dtype")))) +
-                             "; it must be float32, float16, uint32, uint16 or uint8");
+        refuse(argument, "its dtype is " + text_of(nb::str(nb::object(plain.attr("dtype")))) + "; it must be " +
+                             dtypes_of(holds));
     return {array, true};
 }
 
@@ -152,7 +158,7 @@ Element checked_element(nb::dlpack::dtype dtype, Holds holds, const char* argume
     const bool numbers = holds == Holds::numbers;
     for (const Type& type : types)
         if (type.dtype == dtype && !(numbers && type.element != Element::f32) &&
-            !(holds == Holds::picture && type.element == Element::u32))
+            !(holds != Holds::depth && type.element == Element::u32))
             return type.element;
     const auto is = [&](nb::dlpack::dtype_code code) { return dtype.code == static_cast<std::uint8_t>(code); };
     using nb::dlpack::dtype_code;
@@ -163,11 +169,7 @@ Element checked_element(nb::dlpack::dtype dtype, Holds holds, const char* argume
         cure = ", as .astype(numpy.float32) makes it";
     else if (is(dtype_code::Int) || is(dtype_code::UInt))
         cure = ", as .astype(numpy.uint16) makes it of numbers from 0 to 65535";
-    refuse(argument, "its dtype is " + type_name(dtype) + "; it must be " +
-                         (numbers                   ? "float32"
-                          : holds == Holds::picture ? "float32, float16, uint16 or uint8"
-                                                    : "float32, float16, uint32, uint16 or uint8") +
-                         cure);
+    refuse(argument, "its dtype is " + type_name(dtype) + "; it must be " + dtypes_of(holds) + cure);
 }
 
 // What an array's strides say, in elements; `tight_columns` is false for columns or channels with gaps or backwards, and for
@@ -250,7 +252,7 @@ HostImage image_of_shorts(const ReadArray& array, const char* argument) {
 }
 
 HostImage host_image_of(const ReadArray& array, Holds holds, const char* argument) {
-    if (holds == Holds::depth && array.dtype() == nb::dtype<std::int16_t>())
+    if ((holds == Holds::depth || holds == Holds::relative) && array.dtype() == nb::dtype<std::int16_t>())
         return image_of_shorts(array, argument);
     const Element element = checked_element(array.dtype(), holds, argument);
     Strided s = strided(array, argument);
@@ -289,7 +291,7 @@ HostDepth HostImage::depth(Storage storage) const {
 }
 
 HostImage host_image(nb::handle object, Holds holds, const char* argument) {
-    return host_image_of(read_array(object, argument).array, holds, argument);
+    return host_image_of(read_array(object, holds, argument).array, holds, argument);
 }
 
 Image image_of(const HostImage& host, const Device& device) {
@@ -362,7 +364,7 @@ std::pair<void*, Layout> memory_of(nb::handle object, const char* argument, Elem
     if (!takes(object, array, argument)) {
         if (ReadArray read_only; takes(object, read_only, argument))
             refuse(argument, "is read-only, or of a dtype that is no " + std::string(name_of(element)));
-        refuse_object(object, argument);
+        refuse_object(object, argument, name_of(element));
     }
     std::vector<std::size_t> shape{static_cast<std::size_t>(layout.height), static_cast<std::size_t>(layout.width)};
     if (layout.channels > 1)
@@ -398,7 +400,7 @@ nb::tuple shape_of(const Image& image) {
 DeviceImage to_device(const Pixels& array, const Device& device) {
     if (is_image(array.given))
         return nb::cast<DeviceImage>(array.given);
-    const Native given = read_array(array.given, "array");
+    const Native given = read_array(array.given, Holds::depth, "array");
     const HostImage host = host_image_of(given.array, Holds::depth, "array");
     const std::shared_ptr<HeldArray>& held = host.held;
     Image image = image_of(host, device);
@@ -439,7 +441,7 @@ std::pair<std::vector<float>, Layout> floats_of(const Pixels& pixels, const char
             refuse(argument, std::string("holds ") + name_of(given.element()) + "; it must hold float32");
         array = to_numpy(given);
     }
-    const ReadArray read = read_array(array, argument).array;
+    const ReadArray read = read_array(array, Holds::numbers, argument).array;
     checked_element(read.dtype(), Holds::numbers, argument);
     Strided s = strided(read, argument);
     const std::shared_ptr<std::byte[]> copy = compacted(read.data(), s, sizeof(float));
@@ -484,8 +486,8 @@ Numbers numbers_of(const Pixels& pixels, Holds holds, const char* argument) {
     case Element::f32:
         take(float{});
         break;
-    default:
-        refuse(argument, std::string("holds ") + name_of(host.element) + "; it must hold 8 or 16 bits, or floats");
+    case Element::u32: // which neither has
+        break;
     }
     return made;
 }

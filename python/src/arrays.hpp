@@ -40,7 +40,7 @@ struct Pixels {
 inline constexpr const char* pixels = "Array | Image";
 
 /// What an argument is for, which says what dtypes it may have.
-enum class Holds { depth, picture, numbers };
+enum class Holds { depth, relative, picture, numbers };
 
 /// Throws: std::invalid_argument.
 [[noreturn]] void refuse(const char* argument, const std::string& what);

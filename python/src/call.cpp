@@ -111,7 +111,7 @@ Call::Call(const Pixels& depth, const CameraObject& camera, const Word<Storage>&
 Call::Call(const Pixels& depth, const LensArguments& lens, const Pixels& color, const DeviceOption& device,
            const Pixels& ignore)
     : Call(depth, nullptr, {}, device) {
-    Numbers given = numbers_of(depth, Holds::depth, "depth");
+    Numbers given = numbers_of(depth, Holds::relative, "depth");
     const auto [width, height, channels, _] = given.layout;
     if (ignore) {
         const Mask mask = mask_of(ignore, width, height);

@@ -176,8 +176,10 @@ CameraObject load(const fs::path& path, const std::string& image, const std::str
         if (!other && (!fs::is_regular_file(path) || is_json_or_glb(path)))
             throw Error(in_python(error.what()));
         if (!other)
-            throw Error(in_python(error.what()) +
-                        "; this build of the package reads camera files, glTF and transforms.json only: " + why);
+            throw Error(path.string() +
+                        ": is no camera file, glTF or transforms.json, and this build of the package reads no other "
+                        "format; convert it with fathom camera, or build from source (docs/python.md): " +
+                        why);
         camera = *other;
     }
     warn(camera.warnings, path.string());

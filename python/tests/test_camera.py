@@ -283,7 +283,7 @@ def test_a_damaged_camera_file_is_told_as_it_is(tmp_path, monkeypatch):
         fathom.Camera.load(tmp_path / "broken.json")
     (tmp_path / "camera.yaml").write_text("%YAML:1.0\n")
     with pytest.raises(
-        fathom.Error, match="reads camera files, glTF and transforms.json only: import of fathom._importers"
+        fathom.Error, match="camera.yaml: is no camera file, glTF .* reads no other format; .*: import of fathom._importers"
     ):
         fathom.Camera.load(tmp_path / "camera.yaml")
 

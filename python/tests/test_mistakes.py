@@ -165,6 +165,14 @@ CALLS = {
         lambda d, c: fathom.fog(d, c, numpy.zeros((HEIGHT, WIDTH, 3), numpy.uint32), 0.1),
         "color: its dtype is uint32; it must be float32, float16, uint16 or uint8",
     ),
+    "a picture of numbers": (
+        lambda d, c: fathom.fog(d, c, numpy.zeros((HEIGHT, WIDTH, 3), "U1"), 0.1),
+        "color: its dtype is <U1.*; it must be float32, float16, uint16 or uint8",
+    ),
+    "relative depth of float64": (
+        lambda d, c: fathom.dof_masks(d.astype(float), None, relative="low-is-near", blur_px=9, focus_at=(1, 2)),
+        r"depth: its dtype is float64; it must be float32, float16, uint16 or uint8, as .astype\(numpy.float32\)",
+    ),
     "normals of float64": (
         lambda d, c: fathom.ssao(d, c, 0.3, normals=numpy.zeros((HEIGHT, WIDTH, 3))),
         "normals: its dtype is float64; it must be float32, as",

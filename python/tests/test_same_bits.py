@@ -341,10 +341,10 @@ def test_what_is_wrong_with_relative_depth_is_refused(metres, keys):
         ("exclude each other", {"f_stop": 2}),
         ("exclude each other", {"clean_plate": color, "clean_plate_depth": depth}),
         ("outside|within", {"focus_at": (400, 4)}),
-        ("depth: has no two different values", {"depth": numpy.zeros_like(depth)}),
+        ("depth: has no value that is a number", {"ignore": numpy.ones_like(depth)}),
         ("depth: has colours, as at pixel", {"depth": (color * 255).astype(numpy.uint8)}),
         ("same ratio of width to height", {"color": color[:-20]}),
-        ("8 or 16 bits, or floats", {"depth": depth.astype(numpy.uint32)}),
+        ("depth: its dtype is uint32; it must be float32, float16, uint16 or uint8, as", {"depth": depth.astype(numpy.uint32)}),
         ("ignore: its shape", {"ignore": color}),
     ):
         with pytest.raises(ValueError, match=wrong):
@@ -353,6 +353,9 @@ def test_what_is_wrong_with_relative_depth_is_refused(metres, keys):
         fathom.dof(depth, None, color, circle=(3, 1))
     with pytest.raises(TypeError, match="fathom.Camera"):
         fathom.ssao(depth, None, 0.3)
+    for one in (numpy.full_like(depth, 9), numpy.full(depth.shape, 3, numpy.float32)):  # as after a fade to black
+        with pytest.warns(fathom.CameraWarning, match="all its values are the same"):
+            assert same_bits(fathom.dof(one, None, color, **blur), color)
     with pytest.warns(fathom.CameraWarning, match="relative_range which codes are nearest"):
         fathom.dof(depth // 32 + 3, None, color, **{**blur, "relative": "low-is-near"})
 

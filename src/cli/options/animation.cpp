@@ -51,10 +51,10 @@ CLI::Option& option_called(CLI::App& app, const std::string& name) {
 
 Animation animation_of(CLI::App& app, const std::string& text) {
     const std::size_t sign = text.find('=');
-    if (sign == std::string::npos || sign == 0 || sign + 1 == text.size())
-        throw UsageError("--animate: '" + text + "' will not do; it is NAME=FILE, as in focus=focus.csv");
     std::string name = text.substr(0, sign);
     name.erase(0, std::min(name.find_first_not_of('-'), name.size()));
+    if (sign == std::string::npos || name.empty() || sign + 1 == text.size())
+        throw UsageError("--animate: '" + text + "' will not do; it is NAME=FILE, as in focus=focus.csv");
     std::ranges::replace(name, '_', '-');
     CLI::Option& option = option_called(app, name);
     if (option.count() > 0)
