@@ -22,6 +22,8 @@ def occlusion(file: str, folder: str) -> str:
 
 
 if __name__ == "__main__":
+    if len(sys.argv) < 4 or not sys.argv[1].isdecimal():
+        sys.exit("usage: dask_frames.py WORKERS FOLDER DEPTH.npy...")
     workers, folder, *files = sys.argv[1:]
     cores = str(max(1, (os.cpu_count() or 1) // int(workers)))
     for name in ("POCL_MAX_PTHREAD_COUNT", "POCL_CPU_MAX_CU_COUNT"):  # each worker has its part of them

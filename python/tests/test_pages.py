@@ -158,6 +158,16 @@ def test_vapoursynth_blur(tmp_path, monkeypatch):
         got = numpy.stack([numpy.asarray(frame[plane]) for plane in range(3)], axis=-1)
         expected = fathom.dof(depths[n], camera, lights[n], **options)
         assert numpy.array_equal(got, expected) and not numpy.array_equal(got, lights[n])
+
+    # Relative floats count from 0 to 1 in every frame, as VapourSynth's do, or by a range that is given.
+    relative = {"relative": "low-is-near", "blur_px": 6, "focus_at": (4, 4)}
+    fractions = [depth / 8 for depth in depths]
+    for frames, given, ends in ((fractions, {}, (0, 1)), (depths, {"relative_range": (1, 8)}, (1, 8))):
+        made = blur(clip(vs.RGBS, lights), clip(vs.GRAYS, frames), **relative, **given).get_frame(1)
+        got = numpy.stack([numpy.asarray(made[plane]) for plane in range(3)], axis=-1)
+        assert numpy.array_equal(got, fathom.dof(frames[1], None, lights[1], **relative, relative_range=ends))
+    with pytest.raises(vs.Error, match="frame 1: its depth goes from 2.0 to .*; give relative_range"):
+        blur(clip(vs.RGBS, lights), clip(vs.GRAYS, depths), **relative).get_frame(1)
     with pytest.raises(ValueError, match="must be RGBS"):
         blur(clip(vs.GRAYS, depths), clip(vs.GRAYS, depths), camera)
 
@@ -171,6 +181,9 @@ def test_dask_frames(tmp_path):
         depth = numpy.where(numpy.hypot(x - 200 - 60 * n, y - 240) < 90, 1850, 2000 + x // 8).astype(numpy.uint16)
         files.append(tmp_path / f"frame{n}.npy")
         numpy.save(files[-1], depth)
+    for wrong in ([], ["here", tmp_path, *files]):
+        done = subprocess.run([sys.executable, EXAMPLES / "dask_frames.py", *map(str, wrong)], capture_output=True, text=True)
+        assert (done.returncode, done.stderr) == (1, "usage: dask_frames.py WORKERS FOLDER DEPTH.npy...\n")
     said = example("dask_frames.py", 2, tmp_path, *files, cwd=tmp_path)
     assert sorted(said.split()) == [str(file.with_suffix(".ao.npy")) for file in files]
     camera = fathom.Camera(preset="kinect", fx=525, fy=525, cx=319.5, cy=239.5)
