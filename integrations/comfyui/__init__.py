@@ -44,7 +44,7 @@ def input_of(option):
 
 def value_of(given):
     try:
-        numbers = json.loads(f"[{given}]")
+        numbers = [float(each) if "." in each else json.loads(each) for each in str(given).split(",")]
         return numbers[0] if len(numbers) == 1 else numbers
     except ValueError:
         return given
@@ -66,7 +66,7 @@ def light_of(image):
 
 
 def codes_of(image, light, made):  # in the memory of the light
-    if torch.equal(light[::9], made[::9]) and torch.equal(light, made):
+    if all(torch.equal(each.nan_to_num(), other.nan_to_num()) for each, other in ((light[::49], made[::49]), (light, made))):
         return image
     alpha = made[..., 3:]
     codes = curve(made / alpha.clamp(min=1e-30) if alpha.numel() else made, 0.0031308, 12.92, 0, 1.055**2.4, 1 / 2.4, light)

@@ -144,6 +144,9 @@ def check_relative(module):
     noise = torch.rand(1, 180, 320, 3)
     made = node("CameraBlur", image=noise, depth=depth, focus_at="1,2", **blur | {"blur_px": 0.0})
     check(same(made, noise), "CameraBlur: blur_px = 0 is the identity")
+    noise[0, 9, 9, 1] = float("nan")
+    made, = node("CameraBlur", image=noise, depth=depth, focus_at="1,2", **blur | {"blur_px": 0.0})
+    check(torch.equal(made.view(torch.int32), noise.view(torch.int32)), "CameraBlur: also the identity of a pixel that is no number")
 
     images = torch.cat((image, image.flip(2)))
     both = node("CameraBlur", image=images, depth=depth, **blur)
@@ -164,6 +167,14 @@ def check_relative(module):
         blurred = torch.from_numpy(fathom.dof(numpy.ascontiguousarray(given[0, ..., 0]), None, light.numpy(), **lens))
         check(same(node("CameraBlur", image=image, depth=given, **blur), codes_of(module, image[0], light, blurred)[None]),
               f"CameraBlur: depth with {what}, the bits of fathom.dof")
+
+    # After a fade to black the frames are in focus.
+    for what, given in (("bytes", (depth * 255).round() / 255), ("floats", depth)):
+        black = torch.cat((given, torch.zeros_like(given)))
+        made, = node("CameraBlur", image=torch.cat((image, image)), depth=black, focus_at="30,40", **blur)
+        check(torch.equal(made[1], image[0]) and not torch.equal(made[0], image[0]), f"CameraBlur: a black frame of depth of {what} has the picture's bits")
+    made, = node("CameraBlur", image=image, depth=torch.full_like(depth, 0.3), focus_at="30,40", **blur)
+    check(torch.equal(made, image), "CameraBlur: so has depth of one value")
 
     # A batch of floats has the range of all of it, as the program's shot has.
     frames = [scene(90, 160, 0.1 * i) for i in range(2)]
@@ -212,6 +223,7 @@ def check_metric(module):
     fogged = pictured(program("fog", flat, *camera, "--density", "0.2", "--fog-color", "0.2,0.3,0.9", light=light.numpy()))
     check(same(node("Fog", image=image, depth=z, fov_x_deg=70.0, density=0.2, fog_color="0.2,0.3,0.9"), fogged), "Fog: the program's bits")
     half = numpy.ascontiguousarray(flat[::2, ::2])
+    check(same(node("Fog", image=image, depth=z, fov_x_deg=70.0, density=0.2, fog_color=".2, .3,.9"), fogged), "Fog: numbers may begin with their point")
     fogged = pictured(program("fog", half, *camera, "--density", "0.2", light=light.numpy()))
     check(same(node("Fog", image=image, depth=z[:, ::2, ::2], fov_x_deg=70.0, density=0.2, fog_color=""), fogged),
           "Fog: depth of half the size, the program's bits")
