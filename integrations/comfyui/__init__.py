@@ -52,11 +52,11 @@ def value_of(given):
 
 def curve(values, end, slope, offset, factor, power, made=None):
     """The curves of sRGB: a line up to an end, and then a power. Parts of the image stay in a cache."""
-    made, shift = torch.empty_like(values) if made is None else made, torch.tensor(offset * factor)
+    made, room, shift = torch.empty_like(values) if made is None else made, torch.empty_like(values[:128]), torch.tensor(offset * factor)
     at_end = torch.add(shift, torch.tensor([end]), alpha=factor).log2_().mul_(power).exp2_()
-    for part, of in zip(made.split(64), values.split(64)):
-        beyond = torch.add(shift, of.clamp(min=end), alpha=factor).log2_().mul_(power).exp2_().sub_(at_end)
-        torch.add(beyond, of.clamp(max=end), alpha=slope, out=part)
+    for part, of in zip(made.split(128), values.split(128)):
+        beyond = torch.add(shift, torch.clamp(of, min=end, out=room[:len(of)]), alpha=factor, out=room[:len(of)])
+        torch.add(beyond.log2_().mul_(power).exp2_().sub_(at_end), torch.clamp(of, max=end, out=part), alpha=slope, out=part)
     return made
 
 
