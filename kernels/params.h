@@ -185,8 +185,9 @@ typedef struct {
     int first_column, first_row, last_column, last_row;
     u32 stride;         // elements from row to row of it
     u32 x, y;           // the target's first pixel in the depth
+    u32 depth_offset;   // of the face's depth
 } from_face_params;
-PARAMS(from_face_params, 72)
+PARAMS(from_face_params, 76)
 
 // Of the blocks of a face's whole image.
 typedef struct {

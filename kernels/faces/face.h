@@ -42,9 +42,33 @@ INLINE face_planeV planes_at(__global const float* planes, intV pixels, const fa
 #undef PLANE_AT
 }
 
-// Inverse depth at (x, y), pixels from the axis: that of the plane, or of the pixel's distance.
+// Those of neighbours in a row, from this pixel on.
+INLINE face_planeV planes_in_row(__global const float* planes, uint first, const face_params* p) {
+    __global const float4* const from = (__global const float4*)planes + first;
+#if V == 1
+    const float4 plane = from[0];
+    return face_plane(p, plane.x, plane.y, plane.z, plane.w);
+#else
+    float4 x[V / 4], y[V / 4], z[V / 4], q[V / 4];
+    for (int i = 0; i < V; i += 4) {
+        const float16 four = (float16)(from[i], from[i + 1], from[i + 2], from[i + 3]);
+        x[i / 4] = four.s048c;
+        y[i / 4] = four.s159d;
+        z[i / 4] = four.s26ae;
+        q[i / 4] = four.s37bf;
+    }
+    return face_plane(p, *(const float_lanes*)x, *(const float_lanes*)y, *(const float_lanes*)z, *(const float_lanes*)q);
+#endif
+}
+
+// Inverse depth of the plane at (x, y), pixels from the axis.
+INLINE floatV plane_at(const face_planeV* plane, floatV x, floatV y) {
+    return fma(x, plane->right, fma(y, plane->down, plane->on_axis));
+}
+
+// The same, or that of the pixel's distance.
 INLINE floatV on_face(const face_params* p, const face_planeV* plane, floatV x, floatV y) {
-    const floatV found = fma(x, plane->right, fma(y, plane->down, plane->on_axis));
+    const floatV found = plane_at(plane, x, y);
     const floatV aside = fma(x, x, y * y) * (p->pixel * p->pixel);
     const floatV own = plane->q * sqrt(1.0f + aside);
     return select(own, found, fabs(found - own) <= MOST_CHANGE * own);

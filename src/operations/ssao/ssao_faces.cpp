@@ -46,10 +46,12 @@ struct LensFaces {
     static constexpr const char* name = "faces";
 
     std::vector<CoveredFace> all;
+    runtime::Table places; // of the pixels on their faces
+    int places_across;
     std::shared_ptr<const RayMap> map;
 
     std::size_t bytes() const {
-        std::size_t sum = 0;
+        std::size_t sum = 4 * static_cast<std::size_t>(places.count);
         for (const CoveredFace& each : all)
             sum += each.bytes();
         return sum;
@@ -60,8 +62,11 @@ std::shared_ptr<const LensFaces> faces_for(const Device& device, const Camera& c
     const bool along_axis = counted_along(camera) == Along::axis;
     return runtime::kept<LensFaces>(device, lens_key(camera, along_axis), [&] {
         const lens::CameraLens lens(camera);
-        LensFaces faces{{}, camera.lens->map};
-        for (const Face& face : lens::faces_of(lens, camera.width, camera.height, along_axis)) {
+        const std::vector<Face> all = lens::faces_of(lens, camera.width, camera.height, along_axis);
+        const lens::FacePlaces places = lens::places_of(lens, camera.width, camera.height, all);
+        LensFaces faces{
+            {}, runtime::table(device, Element::f32, places.numbers), places.tiles_across, camera.lens->map};
+        for (const Face& face : all) {
             const std::vector<lens::FaceTile> tiles = lens::tiles_of(lens, face);
             const lens::FaceBlocks blocks = lens::blocks_of(face, tiles, 1 << params::ssao_block_shift);
             faces.all.push_back({face, tiles, runtime::table(device, Element::u32, blocks.needed), blocks.columns});
@@ -337,7 +342,7 @@ private:
 
     void from_face(const FaceCall& call, const PixelBox& block, const Region& computed, const Image& depth,
                    const Wanted& found, const Wanted& result, const PixelBox& wanted, const InverseDepthError& error) {
-        const params::face_params p = parameters_of(call, depth, 0);
+        const params::face_params p = parameters_of(call, depth, faces_->places_across);
         params::from_face_params from{.unit = {},
                                       .error = 4 * error.linear,
                                       .edge = 0.5f,
@@ -347,7 +352,8 @@ private:
                                       .last_row = computed.y + computed.height - 1,
                                       .stride = to_u32(found.image.row_stride()),
                                       .x = to_u32(wanted.left - stored_.x),
-                                      .y = to_u32(wanted.top - stored_.y)};
+                                      .y = to_u32(wanted.top - stored_.y),
+                                      .depth_offset = to_u32(depth.offset())};
         for (int i = 0; i < 3; ++i)
             for (int j = 0; j < 3; ++j)
                 from.unit[i][j] = static_cast<float>(call.face.turn(j, i));
@@ -366,8 +372,8 @@ private:
             runtime::kernel(
                 device_, "from_face",
                 lens_.with_lens({{"V", vector_width}, {"STREAM", 0}, {"OUTPUT", static_cast<int>(result.output)}})),
-            range_of(block.width(), block.height(), vector_width), planes_, depth, found.image, result.image, grid, p,
-            from);
+            range_of(block.width(), block.height(), vector_width), planes_, depth, found.image,
+            faces_->places.on(device_), result.image, grid, p, from);
     }
 
     InverseDepthError error_on(const Face& face) const {
