@@ -167,6 +167,9 @@ typedef struct {
 } face_params;
 PARAMS(face_params, 96)
 
+// Columns of a face that a work-item of onto_face fills, of vectors.
+CONSTANT(onto_face_columns, 64)
+
 // What is brought onto a face besides depth: an image of the depth's size, and how its vectors turn.
 typedef struct {
     u64 offset;
@@ -174,6 +177,7 @@ typedef struct {
     u32 stride;
     u32 channels;
     float turn[3][3];
+    u32 margin; // rows of invalid pixels above the target, and one more below it; then there are columns, too
 } onto_face_params;
 PARAMS(onto_face_params, 64)
 

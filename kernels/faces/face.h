@@ -3,20 +3,21 @@
 #ifndef FATHOM_FACE_H
 #define FATHOM_FACE_H
 
+#include "faces/crease.h"
 #include "vector.h"
 
 // Of the inverse distance that a plane may change by from its pixel to where a face looks: what changes more is no plane.
 #define MOST_CHANGE 0.25f
 
 // A tangent plane on a face: its inverse depth on the axis, and what a pixel to the right and one down add. And the inverse
-// distance of the pixel that it belongs to.
+// distance of the pixel that it belongs to, without and with what crease.h says of it.
 typedef struct {
-    floatV on_axis, right, down, q;
+    floatV on_axis, right, down, q, crease;
 } face_planeV;
 
 INLINE face_planeV face_plane(const face_params* p, floatV x, floatV y, floatV z, floatV q) {
 #define FACE_PART(of) fma(x, (floatV)of[0], fma(y, (floatV)of[1], z * of[2]))
-    return (face_planeV){FACE_PART(p->ahead), FACE_PART(p->right), FACE_PART(p->down), q};
+    return (face_planeV){FACE_PART(p->ahead), FACE_PART(p->right), FACE_PART(p->down), fabs(q), q};
 #undef FACE_PART
 }
 

@@ -312,7 +312,7 @@ FaceBlocks blocks_of(const Face& face, const std::vector<FaceTile>& tiles, int s
 namespace {
 
 constexpr double farthest_place = 1.0 / 64; // pixels that a polynomial may be off
-constexpr double place_step = 1024;         // parts of a pixel, so that hosts whose sines differ in their last bits agree
+constexpr double place_step = 1024; // parts of a pixel, so that hosts whose sines differ in their last bits agree
 
 // Factors of 1, i and i^2 in the polynomial through three values at these indices.
 Eigen::Matrix3d powers_of(double last) {

@@ -153,7 +153,8 @@ SsaoOptions face_options(const SsaoOptions& options) {
 
 std::size_t bytes_of_face(const FaceCall& call, const SsaoOptions& options, bool with_normals) {
     const auto image = [&](int channels) { return Image::allocation(Element::f32, call.layout(channels)); };
-    std::size_t sum = image(1) + bytes(call.tile(), face_options(options)) + image(1);
+    std::size_t sum = inverse_depth_bytes(call.part.width(), call.part.height()) +
+                      bytes(call.tile(), face_options(options)) + image(1);
     if (with_normals)
         sum += image(3);
     if (thickness_as<Image>(options) || thickness_as<StoredDepth>(options))
@@ -324,11 +325,13 @@ private:
     void onto_face(const FaceCall& call, const PositionTable& table, Onto what, const Image& given, const Image& target,
                    const Eigen::Matrix3d& turn) {
         const params::face_params p = parameters_of(call, target, table.tiles_across);
+        constexpr params::u32 margin = params::depth_margin_rows;
         params::onto_face_params onto{.offset = given.offset(),
                                       .target_offset = target.offset(),
                                       .stride = to_u32(given.row_stride()),
                                       .channels = to_u32(given.channels()),
-                                      .turn = {}};
+                                      .turn = {},
+                                      .margin = what == Onto::depth ? margin : 0u};
         for (int i = 0; i < 3; ++i)
             for (int j = 0; j < 3; ++j)
                 onto.turn[i][j] = static_cast<float>(turn(i, j));
@@ -336,8 +339,10 @@ private:
         runtime::launch(device_,
                         runtime::kernel(device_, "onto_face",
                                         {{"V", vector_width}, {"STREAM", 0}, {"ONTO", static_cast<int>(what)}}),
-                        range_of(call.part.width(), call.part.height(), vector_width), table.tiles.on(device_),
-                        table.nodes.on(device_), planes_, given, target, p, onto);
+                        range_of(call.part.width(),
+                                 call.part.height() + static_cast<int>(onto.margin > 0 ? 2 * margin + 1 : 0),
+                                 vector_width == 1 ? 1 : params::onto_face_columns),
+                        table.tiles.on(device_), table.nodes.on(device_), planes_, given, target, p, onto);
     }
 
     void from_face(const FaceCall& call, const PixelBox& block, const Region& computed, const Image& depth,
@@ -386,7 +391,7 @@ private:
         const auto table = positions_for(device_, stored_.camera, call.face, call.part);
         runtime::Scratch scratch(device_);
         const Eigen::Matrix3d straight = Eigen::Matrix3d::Identity();
-        const Image depth = scratch.image(Element::f32, call.layout());
+        const Image depth = image_of_inverse_depth(scratch, call.part.width(), call.part.height());
         onto_face(call, *table, Onto::depth, depth, depth, straight);
         SsaoOptions options = face_options(options_);
         if (has_normals()) {
@@ -413,7 +418,7 @@ private:
             found.push_back({result.output, scratch.image(Element::f32, {computed.width, computed.height,
                                                                          channels_of(result.output)})});
         const InverseDepthError error = error_on(call.face);
-        const OnFace face{error, call.covered->blocks.on(device_), call.covered->block_columns};
+        const OnFace face{error, depth, call.covered->blocks.on(device_), call.covered->block_columns};
         occlude_in_bands(call.stored(depth), radius_, options, found, &face);
         for (std::size_t i = 0; i < results.size(); ++i)
             from_face(call, block, computed, depth, found[i], results[i], wanted, error);
