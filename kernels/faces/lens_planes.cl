@@ -33,7 +33,7 @@ INLINE void column_of(const window* w, int dx, const bend* b, floatV* nearby) {
 #endif
 
 #if !GIVEN
-#define LEAST_CREASE 0.1f // widths of a pixel that the walls differ by from a pixel to the next
+#define LEAST_CREASE 0.5f // widths of a pixel that the walls differ by from a pixel to the next
 
 // A crease towards the neighbour `near`, behind which `far` lies: each wall's plane misses the other's pixel on the same side.
 INLINE void look_for_crease(floatV q, floatV step, floatV near, floatV far, floatV least, int where, floatV* most, intV* code) {
