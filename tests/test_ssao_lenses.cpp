@@ -27,7 +27,7 @@ namespace {
 // Of scenes: beside pinholes that look the same way with the same angle a pixel.
 constexpr double over_pinholes = 0.002;
 // The same of pixels at creases alone, relative.
-constexpr double at_creases = 1.1;
+constexpr double at_creases = 1.18;
 // Between a panorama and the same one turned.
 constexpr double turning = 0.01;
 // Between a lens and a map of its rays, whose faces lie elsewhere by parts of a pixel.

@@ -18,6 +18,7 @@
 #include <chrono>
 #include <cstdio>
 #include <functional>
+#include <list>
 #include <numbers>
 #include <optional>
 #include <vector>
@@ -180,8 +181,10 @@ void run_panorama() {
                                         DepthSpan{0.1, 1000}, {.view_axes = ViewAxes::opengl});
         return camera;
     };
-    const auto stored = [&](const Camera& camera, const scene::Rendered& seen) {
-        return StoredDepth{Image::from_host(device, Element::f32, seen.stored.data(), {camera.width, camera.height}),
+    std::list<std::vector<float>> seen; // which the images share
+    const auto stored = [&](const Camera& camera, const scene::Rendered& rendered) {
+        seen.push_back(rendered.stored);
+        return StoredDepth{Image::from_host(device, Element::f32, seen.back().data(), {camera.width, camera.height}),
                            camera};
     };
     Camera panorama = pinhole(columns, rows);
