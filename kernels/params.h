@@ -167,6 +167,9 @@ typedef struct {
 } face_params;
 PARAMS(face_params, 96)
 
+// Columns of a face that a work-item of onto_face fills, of vectors.
+CONSTANT(onto_face_columns, 64)
+
 // What is brought onto a face besides depth: an image of the depth's size, and how its vectors turn.
 typedef struct {
     u64 offset;
@@ -174,6 +177,7 @@ typedef struct {
     u32 stride;
     u32 channels;
     float turn[3][3];
+    u32 margin; // rows of invalid pixels above the target, and one more below it; then there are columns, too
 } onto_face_params;
 PARAMS(onto_face_params, 64)
 
@@ -185,8 +189,9 @@ typedef struct {
     int first_column, first_row, last_column, last_row;
     u32 stride;         // elements from row to row of it
     u32 x, y;           // the target's first pixel in the depth
+    u32 depth_offset;   // of the face's depth
 } from_face_params;
-PARAMS(from_face_params, 72)
+PARAMS(from_face_params, 76)
 
 // Of the blocks of a face's whole image.
 typedef struct {

@@ -1,7 +1,10 @@
 // Tangent planes of what a lens sees: m with 1/distance = m.u on the plane, u the unit ray, and the pixel's own 1/distance as a
 // fourth number. Objects a pixel or two wide face the camera, as in ssao_planes.cl.
+// Where a crease passes between a pixel and one of its four neighbours, the fourth number is negative, and its last bits say which
+// neighbour it is and how the walls meet: see face.h.
 // Built for: LENS = 1; PERSPECTIVE = 1; GIVEN = 0 1; ALONG = 0 1 2
 
+#include "faces/crease.h"
 #include "normals/bent.h"
 #include "normals/slope.h"
 
@@ -26,6 +29,20 @@ INLINE void column_of(const window* w, int dx, const bend* b, floatV* nearby) {
         const int dy = i < 2 ? i - 2 : i - 1;
         nearby[i] = fma((floatV)((float)(dy * dy * dy) / -6.0f), b->yyy, fma((floatV)(-0.5f * (float)(dy * dy)), b->yy, surface_only(neighbour(w, dx, dy))));
     }
+}
+#endif
+
+#if !GIVEN
+#define LEAST_CREASE 0.5f // widths of a pixel that the walls differ by from a pixel to the next
+
+// A crease towards the neighbour `near`, behind which `far` lies: each wall's plane misses the other's pixel on the same side.
+INLINE void look_for_crease(floatV q, floatV step, floatV near, floatV far, floatV least, int where, floatV* most, intV* code) {
+    const floatV ahead = near - (q + step), back = q - fma((floatV)2.0f, near, -far);
+    const floatV off = min(fabs(ahead), fabs(back));
+    const intV same = ((ahead > 0.0f) & (back > 0.0f)) | ((ahead < 0.0f) & (back < 0.0f));
+    const intV found = same & (off > least) & (off > *most) & (off < INFINITY);
+    *most = select(*most, off, found);
+    *code = select(*code, select((intV)where, (intV)(where | CREASE_IS_HOLLOW), ahead > 0.0f), found);
 }
 #endif
 
@@ -85,6 +102,15 @@ KERNEL void lens_planes(__global const float* depth, __global const float* norma
         }
     }
     m = plane_of(&ray, q, right, down);
+    const floatV wide = fma(ray.x.x, ray.x.x, fma(ray.y.x, ray.y.x, ray.z.x * ray.z.x));
+    const floatV high = fma(ray.x.y, ray.x.y, fma(ray.y.y, ray.y.y, ray.z.y * ray.z.y));
+    const floatV least = fma(LEAST_CREASE * q, sqrt(max(wide, high)), tolerance);
+    floatV most = 0.0f;
+    intV crease = -1;
+    look_for_crease(q, right, across[2], across[3], least, CREASE_RIGHT, &most, &crease);
+    look_for_crease(q, -right, across[1], across[0], least, CREASE_LEFT, &most, &crease);
+    look_for_crease(q, down, along[2], along[3], least, CREASE_BELOW, &most, &crease);
+    look_for_crease(q, -down, along[1], along[0], least, CREASE_ABOVE, &most, &crease);
 #endif
     // Through the pixel itself, and not a few roundings beside it; without a plane straight across the ray.
     const floatV rest = q - fma(m.x, ray.x.u, fma(m.y, ray.y.u, m.z * ray.z.u));
@@ -97,7 +123,11 @@ KERNEL void lens_planes(__global const float* depth, __global const float* norma
     *(float_lanes*)lanes_of[0] = m.x;
     *(float_lanes*)lanes_of[1] = m.y;
     *(float_lanes*)lanes_of[2] = m.z;
+#if GIVEN
     *(float_lanes*)lanes_of[3] = q;
+#else
+    *(float_lanes*)lanes_of[3] = select(q, with_crease(q, crease), (crease >= 0) & (q > 0.0f));
+#endif
     __global float4* const to = (__global float4*)target + (size_t)y * p.stride + x;
     for (int i = 0; i < V; ++i)
         to[i] = (float4)(lanes_of[0][i], lanes_of[1][i], lanes_of[2][i], lanes_of[3][i]);

@@ -61,54 +61,91 @@ INLINE intV seen_from(__global const uint* tiles, __global const float* nodes, c
     return seen_at(*(const float_lanes*)places[0], *(const float_lanes*)places[1], p);
 }
 
-#define AHEAD (4 * V) // pixels: their planes lie along a curve, which no processor foresees
-
-KERNEL void onto_face(__global const uint* tiles, __global const float* nodes, __global const float* planes,
-                      __global const float* given, __global float* target, const face_params p,
-                      const onto_face_params onto) {
-    const uint x = (uint)get_global_id(0) * V, y = (uint)get_global_id(1);
-    if (x >= p.columns)
-        return;
-#if V > 1 && CLANG_BUILTINS
-    if (x + AHEAD < p.columns) {
-        const int_lanes next = seen_from(tiles, nodes, &p, x + AHEAD, y);
-        for (int i = 0; i < V; ++i)
-            PREFETCH(planes + 4 * (size_t)max(((const int*)&next)[i], 0));
-    }
-#endif
-    const intV seen = seen_from(tiles, nodes, &p, x, y);
+// What pixels x to x + V - 1 of row y of the part see.
+INLINE void onto_target(intV seen, __global const float* planes, __global const float* given, __global float* to,
+                        const face_params* p, const onto_face_params* onto, uint x, uint y) {
 #if ONTO != 0
     const int_lanes numbers = seen;
     const int* const at = (const int*)&numbers;
 #endif
-    __global float* const to = target + onto.target_offset + (size_t)y * p.stride;
 #if ONTO == 0 || ONTO == 2
-    const face_planeV plane = planes_at(planes, max(seen, (intV)0), &p);
-    const floatV column = convert_floatV((intV)(int)x + LANE_INDEX(int)) + p.first[0], here = (float)y + p.first[1];
-    floatV q = select((floatV)NAN, on_face(&p, &plane, column, here), seen >= 0);
+    const face_planeV plane = planes_at(planes, max(seen, (intV)0), p);
+    const floatV column = convert_floatV((intV)(int)x + LANE_INDEX(int)) + p->first[0], here = (float)y + p->first[1];
+    floatV q = on_face(p, &plane, column, here);
+    const intV creased = (seen >= 0) & (plane.crease < 0.0f);
+    if (any_of(creased)) { // what the pixel's wall hides, or does not reach, belongs to the one behind the crease
+        const intV beyond = select((intV)0, seen + step_over_crease(plane.crease, (int)p->plane_stride), creased);
+        const face_planeV wall = planes_at(planes, beyond, p);
+        const floatV other = plane_at(&wall, column, here);
+        const floatV most = fabs(wall.right - plane.right) + fabs(wall.down - plane.down); // a pixel from the crease
+        const floatV seen_there = select(min(q, other), max(q, other), is_hollow(plane.crease));
+        q = select(q, seen_there, creased & (fabs(other - q) <= most));
+    }
+    q = select((floatV)NAN, q, seen >= 0);
 #endif
 #if ONTO == 2
     float other[V];
     for (int i = 0; i < V; ++i)
-        other[i] = at[i] < 0 ? NAN : given[onto.offset + (size_t)(at[i] / (int)p.plane_stride) * onto.stride + at[i] % (int)p.plane_stride];
-    q *= *(const float_lanes*)other / plane.q;
+        other[i] = at[i] < 0 ? NAN : given[onto->offset + (size_t)(at[i] / (int)p->plane_stride) * onto->stride + at[i] % (int)p->plane_stride];
+    const floatV part = *(const float_lanes*)other / plane.q; // what has a crease is known to a few roundings
+    q *= select(part, (floatV)1.0f, fabs(part - 1.0f) < 2e-6f);
 #endif
 #if ONTO == 0 || ONTO == 2
     store_float(q, to + x);
 #else
     for (int i = 0; i < V; ++i) {
         const size_t from = at[i] < 0 ? 0
-                                      : onto.offset + (size_t)(at[i] / (int)p.plane_stride) * onto.stride +
-                                            (size_t)(at[i] % (int)p.plane_stride) * onto.channels;
+                                      : onto->offset + (size_t)(at[i] / (int)p->plane_stride) * onto->stride +
+                                            (size_t)(at[i] % (int)p->plane_stride) * onto->channels;
 #if ONTO == 1
         to[x + i] = at[i] < 0 ? 0.0f : given[from];
 #else
         for (int c = 0; c < 3; ++c)
             to[3 * (x + i) + c] = at[i] < 0
                                       ? 0.0f
-                                      : fma(onto.turn[c][0], given[from],
-                                            fma(onto.turn[c][1], given[from + 1], onto.turn[c][2] * given[from + 2]));
+                                      : fma(onto->turn[c][0], given[from],
+                                            fma(onto->turn[c][1], given[from + 1], onto->turn[c][2] * given[from + 2]));
 #endif
     }
 #endif
+}
+
+// Vectors of a work-item. Their planes lie along a curve, which no processor foresees, so it asks for all of them first.
+#define VECTORS (V == 1 ? 1 : onto_face_columns / V)
+
+KERNEL void onto_face(__global const uint* tiles, __global const float* nodes, __global const float* planes,
+                      __global const float* given, __global float* target, const face_params p,
+                      const onto_face_params onto) {
+    const uint x = (uint)get_global_id(0) * (V * VECTORS), row = (uint)get_global_id(1), y = row - onto.margin;
+    if (x >= p.columns)
+        return;
+    __global float* const to = target + onto.target_offset + (long)(int)y * (long)p.stride;
+#if ONTO == 0
+    // The margin around inverse depth, as inverse_depth.cl has it.
+    if (onto.margin > 0) {
+        const uint last = min(x + V * VECTORS, p.columns);
+        if (x == 0)
+            for (uint i = 1; i <= depth_margin_columns; ++i)
+                to[-(int)i] = NAN;
+        if (last == p.columns)
+            for (uint i = last; i + depth_margin_columns < p.stride; ++i)
+                to[i] = NAN;
+        if (y >= p.rows) {
+            for (uint i = x; i < last; i += V)
+                store_float((floatV)NAN, to + i);
+            return;
+        }
+    }
+#endif
+    intV seen[VECTORS];
+    for (uint i = 0; i < VECTORS && x + i * V < p.columns; ++i) {
+        seen[i] = seen_from(tiles, nodes, &p, x + i * V, y);
+#if V > 1 && CLANG_BUILTINS
+        const int_lanes numbers = seen[i];
+        for (int j = 0; j < V; ++j)
+            PREFETCH(planes + 4 * (size_t)max(((const int*)&numbers)[j], 0));
+#endif
+    }
+    for (uint i = 0; i < VECTORS && x + i * V < p.columns; ++i)
+        onto_target(seen[i], planes, given, to, &p, &onto, x + i * V, y);
 }

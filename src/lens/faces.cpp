@@ -9,6 +9,7 @@
 #include <Eigen/Geometry>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -306,6 +307,85 @@ FaceBlocks blocks_of(const Face& face, const std::vector<FaceTile>& tiles, int s
             for (int column = block(tile.left, -besides); column <= block(tile.right, besides); ++column)
                 blocks.needed[static_cast<std::size_t>(row * columns + column)] = 1;
     return blocks;
+}
+
+namespace {
+
+constexpr double farthest_place = 1.0 / 64; // pixels that a polynomial may be off
+constexpr double place_step = 1024; // parts of a pixel, so that hosts whose sines differ in their last bits agree
+
+// Factors of 1, i and i^2 in the polynomial through three values at these indices.
+Eigen::Matrix3d powers_of(double last) {
+    Eigen::Matrix3d values;
+    const double at[] = {0, std::floor(last / 2), last};
+    for (int i = 0; i < 3; ++i)
+        values.row(i) << 1, at[i], at[i] * at[i];
+    return values.inverse();
+}
+
+// The polynomial of a tile, if there is one: by rows of powers of the row, columns of powers of the column.
+std::optional<std::array<Eigen::Matrix3d, 2>> polynomial(const CameraLens& lens, const Face& face, int left, int top,
+                                                         int last_column, int last_row) {
+    const auto place = [&](int column, int row) -> std::optional<Eigen::Vector2d> {
+        const auto ray = lens.direction(left + column + 0.5, top + row + 0.5);
+        if (!ray)
+            return std::nullopt;
+        const Vector at = face.turn * *ray;
+        if (!(at.z() > least_part_ahead))
+            return std::nullopt;
+        return Eigen::Vector2d(at.x() / at.z(), at.y() / at.z()) * face.focal;
+    };
+    std::array<Eigen::Matrix3d, 2> values;
+    for (int j = 0; j < 3; ++j)
+        for (int i = 0; i < 3; ++i) {
+            const auto at = place(i * last_column / 2, j * last_row / 2);
+            if (!at)
+                return std::nullopt;
+            for (int k = 0; k < 2; ++k)
+                values[static_cast<std::size_t>(k)](j, i) = std::round((*at)[k] * place_step) / place_step;
+        }
+    const Eigen::Matrix3d across = powers_of(last_column), down = powers_of(last_row);
+    for (Eigen::Matrix3d& each : values)
+        each = down * each * across.transpose();
+    for (const int row : {last_row / 4, 3 * last_row / 4})
+        for (const int column : {last_column / 4, 3 * last_column / 4}) {
+            const auto at = place(column, row);
+            const Eigen::RowVector3d of_row(1, row, row * row);
+            const Vector of_column(1, column, column * column);
+            if (!at || !(std::abs((of_row * values[0] * of_column).value() - at->x()) <= farthest_place) ||
+                !(std::abs((of_row * values[1] * of_column).value() - at->y()) <= farthest_place))
+                return std::nullopt;
+        }
+    return values;
+}
+
+} // namespace
+
+FacePlaces places_of(const CameraLens& lens, int width, int height, const std::vector<Face>& faces) {
+    constexpr std::size_t numbers_of_tile = 24;
+    FacePlaces places{(width + unit - 1) / unit, {}};
+    const int down = (height + unit - 1) / unit;
+    places.numbers.resize(static_cast<std::size_t>(places.tiles_across * down) * numbers_of_tile,
+                          std::numeric_limits<float>::quiet_NaN());
+    for (const Face& face : faces)
+        for (int top = face.block.top; top < face.block.bottom; top += unit)
+            for (int left = face.block.left; left < face.block.right; left += unit) {
+                const int last_column = std::min(unit, width - left) - 1, last_row = std::min(unit, height - top) - 1;
+                if (last_column < 4 || last_row < 4)
+                    continue;
+                const auto found = polynomial(lens, face, left, top, last_column, last_row);
+                if (!found)
+                    continue;
+                float* to = places.numbers.data() +
+                            static_cast<std::size_t>(top / unit * places.tiles_across + left / unit) * numbers_of_tile;
+                for (int j = 0; j < 3; ++j, to += 8) {
+                    std::fill(to, to + 8, 0.0f);
+                    for (int i = 0; i < 3; ++i)
+                        for (int k = 0; k < 2; ++k)
+                            to[2 * i + k] = static_cast<float>((*found)[static_cast<std::size_t>(k)](j, i));
+                }
+            }
+    return places;
 }
 
 namespace {

@@ -53,6 +53,15 @@ struct FaceBlocks {
 };
 FaceBlocks blocks_of(const Face& face, const std::vector<FaceTile>& tiles, int size);
 
+/// Where the pixels of a tile of 16 x 16 pixels of the lens's image are seen on its face, in pixels from the axis: a polynomial of
+/// both indices in the tile, up to their squares. Three rows of eight floats, one for each power of the row: x and y of the three
+/// powers of the column, and two that are 0; all NaN where the polynomial is off by more than a 64th of a pixel.
+struct FacePlaces {
+    int tiles_across;
+    std::vector<float> numbers;
+};
+FacePlaces places_of(const CameraLens& lens, int width, int height, const std::vector<Face>& faces);
+
 /// Which pixel position of the lens's image each pixel of a part of a face sees: tiles of 16 x 16 pixels with nodes every h pixels,
 /// between which they are bilinear. NaN where the lens sees nothing.
 struct FacePositions {

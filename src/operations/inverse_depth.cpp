@@ -23,12 +23,15 @@ std::size_t inverse_depth_bytes(int width, int height) {
     return Image::allocation(Element::f32, with_margin(width, height));
 }
 
+Image image_of_inverse_depth(runtime::Scratch& scratch, int width, int height) {
+    return scratch.image(Element::f32, with_margin(width, height))
+        .region(params::depth_margin_columns, params::depth_margin_rows, width, height);
+}
+
 Image inverse_depth(runtime::Scratch& scratch, const StoredDepth& stored, Background background) {
     check_stored(stored);
     const int width = stored.image.width(), height = stored.image.height();
-    constexpr int columns = params::depth_margin_columns, rows = params::depth_margin_rows;
-    const Layout padded = with_margin(width, height);
-    const Image result = scratch.image(Element::f32, padded).region(columns, rows, width, height);
+    const Image result = image_of_inverse_depth(scratch, width, height);
     const Device& device = stored.image.device();
     const Arithmetic arithmetic = device.options().arithmetic;
     const DepthForm form = depth_form(straightened(stored.camera), stored.storage);
@@ -38,7 +41,7 @@ Image inverse_depth(runtime::Scratch& scratch, const StoredDepth& stored, Backgr
     runtime::Defines defines = lens.with_lens(decoder_defines(form, view, stored.storage, vector_width, false));
     defines.insert(defines.end(), {{"AS_DISTANCE", false}, {"PERSPECTIVE", form.perspective}});
     runtime::Kernel& kernel = runtime::kernel(device, "inverse_depth", defines, "decode");
-    lens.launch(device, kernel, range_of(width, padded.height, vector_width), stored.image, result,
+    lens.launch(device, kernel, range_of(width, with_margin(width, height).height, vector_width), stored.image, result,
                 grid_parameters(stored, result, 0, width),
                 depth_parameters(form, stored.storage, background, arithmetic), ray_parameters(view, arithmetic));
     return result;

@@ -18,6 +18,9 @@ namespace fathom {
 /// every side, so that their kernels need not ask where it ends.
 Image inverse_depth(runtime::Scratch& scratch, const StoredDepth& stored, Background background = Background::inf);
 
+/// An image for it, which the invalid pixels lie around.
+Image image_of_inverse_depth(runtime::Scratch& scratch, int width, int height);
+
 /// Bytes of such an image.
 std::size_t inverse_depth_bytes(int width, int height);
 

@@ -39,6 +39,7 @@ struct DeviceSlices {
 /// Depth on a face of a lens, where it differs from depth as it is stored.
 struct OnFace {
     InverseDepthError error;
+    Image depth;  ///< as inverse_depth() makes it
     Image blocks; ///< Of the face's whole image: which are needed, see kernels/faces/face_blocks.cl.
     int columns;  ///< of them
 };

@@ -46,10 +46,12 @@ struct LensFaces {
     static constexpr const char* name = "faces";
 
     std::vector<CoveredFace> all;
+    runtime::Table places; // of the pixels on their faces
+    int places_across;
     std::shared_ptr<const RayMap> map;
 
     std::size_t bytes() const {
-        std::size_t sum = 0;
+        std::size_t sum = 4 * static_cast<std::size_t>(places.count);
         for (const CoveredFace& each : all)
             sum += each.bytes();
         return sum;
@@ -60,8 +62,11 @@ std::shared_ptr<const LensFaces> faces_for(const Device& device, const Camera& c
     const bool along_axis = counted_along(camera) == Along::axis;
     return runtime::kept<LensFaces>(device, lens_key(camera, along_axis), [&] {
         const lens::CameraLens lens(camera);
-        LensFaces faces{{}, camera.lens->map};
-        for (const Face& face : lens::faces_of(lens, camera.width, camera.height, along_axis)) {
+        const std::vector<Face> all = lens::faces_of(lens, camera.width, camera.height, along_axis);
+        const lens::FacePlaces places = lens::places_of(lens, camera.width, camera.height, all);
+        LensFaces faces{
+            {}, runtime::table(device, Element::f32, places.numbers), places.tiles_across, camera.lens->map};
+        for (const Face& face : all) {
             const std::vector<lens::FaceTile> tiles = lens::tiles_of(lens, face);
             const lens::FaceBlocks blocks = lens::blocks_of(face, tiles, 1 << params::ssao_block_shift);
             faces.all.push_back({face, tiles, runtime::table(device, Element::u32, blocks.needed), blocks.columns});
@@ -148,7 +153,8 @@ SsaoOptions face_options(const SsaoOptions& options) {
 
 std::size_t bytes_of_face(const FaceCall& call, const SsaoOptions& options, bool with_normals) {
     const auto image = [&](int channels) { return Image::allocation(Element::f32, call.layout(channels)); };
-    std::size_t sum = image(1) + bytes(call.tile(), face_options(options)) + image(1);
+    std::size_t sum = inverse_depth_bytes(call.part.width(), call.part.height()) +
+                      bytes(call.tile(), face_options(options)) + image(1);
     if (with_normals)
         sum += image(3);
     if (thickness_as<Image>(options) || thickness_as<StoredDepth>(options))
@@ -319,11 +325,13 @@ private:
     void onto_face(const FaceCall& call, const PositionTable& table, Onto what, const Image& given, const Image& target,
                    const Eigen::Matrix3d& turn) {
         const params::face_params p = parameters_of(call, target, table.tiles_across);
+        constexpr params::u32 margin = params::depth_margin_rows;
         params::onto_face_params onto{.offset = given.offset(),
                                       .target_offset = target.offset(),
                                       .stride = to_u32(given.row_stride()),
                                       .channels = to_u32(given.channels()),
-                                      .turn = {}};
+                                      .turn = {},
+                                      .margin = what == Onto::depth ? margin : 0u};
         for (int i = 0; i < 3; ++i)
             for (int j = 0; j < 3; ++j)
                 onto.turn[i][j] = static_cast<float>(turn(i, j));
@@ -331,13 +339,15 @@ private:
         runtime::launch(device_,
                         runtime::kernel(device_, "onto_face",
                                         {{"V", vector_width}, {"STREAM", 0}, {"ONTO", static_cast<int>(what)}}),
-                        range_of(call.part.width(), call.part.height(), vector_width), table.tiles.on(device_),
-                        table.nodes.on(device_), planes_, given, target, p, onto);
+                        range_of(call.part.width(),
+                                 call.part.height() + static_cast<int>(onto.margin > 0 ? 2 * margin + 1 : 0),
+                                 vector_width == 1 ? 1 : params::onto_face_columns),
+                        table.tiles.on(device_), table.nodes.on(device_), planes_, given, target, p, onto);
     }
 
     void from_face(const FaceCall& call, const PixelBox& block, const Region& computed, const Image& depth,
                    const Wanted& found, const Wanted& result, const PixelBox& wanted, const InverseDepthError& error) {
-        const params::face_params p = parameters_of(call, depth, 0);
+        const params::face_params p = parameters_of(call, depth, faces_->places_across);
         params::from_face_params from{.unit = {},
                                       .error = 4 * error.linear,
                                       .edge = 0.5f,
@@ -347,7 +357,8 @@ private:
                                       .last_row = computed.y + computed.height - 1,
                                       .stride = to_u32(found.image.row_stride()),
                                       .x = to_u32(wanted.left - stored_.x),
-                                      .y = to_u32(wanted.top - stored_.y)};
+                                      .y = to_u32(wanted.top - stored_.y),
+                                      .depth_offset = to_u32(depth.offset())};
         for (int i = 0; i < 3; ++i)
             for (int j = 0; j < 3; ++j)
                 from.unit[i][j] = static_cast<float>(call.face.turn(j, i));
@@ -366,8 +377,8 @@ private:
             runtime::kernel(
                 device_, "from_face",
                 lens_.with_lens({{"V", vector_width}, {"STREAM", 0}, {"OUTPUT", static_cast<int>(result.output)}})),
-            range_of(block.width(), block.height(), vector_width), planes_, depth, found.image, result.image, grid, p,
-            from);
+            range_of(block.width(), block.height(), vector_width), planes_, depth, found.image,
+            faces_->places.on(device_), result.image, grid, p, from);
     }
 
     InverseDepthError error_on(const Face& face) const {
@@ -380,7 +391,7 @@ private:
         const auto table = positions_for(device_, stored_.camera, call.face, call.part);
         runtime::Scratch scratch(device_);
         const Eigen::Matrix3d straight = Eigen::Matrix3d::Identity();
-        const Image depth = scratch.image(Element::f32, call.layout());
+        const Image depth = image_of_inverse_depth(scratch, call.part.width(), call.part.height());
         onto_face(call, *table, Onto::depth, depth, depth, straight);
         SsaoOptions options = face_options(options_);
         if (has_normals()) {
@@ -407,7 +418,7 @@ private:
             found.push_back({result.output, scratch.image(Element::f32, {computed.width, computed.height,
                                                                          channels_of(result.output)})});
         const InverseDepthError error = error_on(call.face);
-        const OnFace face{error, call.covered->blocks.on(device_), call.covered->block_columns};
+        const OnFace face{error, depth, call.covered->blocks.on(device_), call.covered->block_columns};
         occlude_in_bands(call.stored(depth), radius_, options, found, &face);
         for (std::size_t i = 0; i < results.size(); ++i)
             from_face(call, block, computed, depth, found[i], results[i], wanted, error);

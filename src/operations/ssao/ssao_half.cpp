@@ -47,8 +47,16 @@ void whole_resolution(Call& call, const Image& depth, const std::vector<Wanted>&
     add_up(call, planes, results, region_of(call.stored, call.options));
 }
 
+// That of a face, where this is all of it.
+Image depth_on_face(const Call& call) {
+    const OnFace* face = call.workspace.face;
+    return face && face->depth.height() == call.stored.image.height() ? face->depth : Image();
+}
+
 Image shared_depth(Call& call) {
     const Image& image = call.stored.image;
+    if (const Image depth = depth_on_face(call))
+        return depth;
     return shares_depth(image.width(), image.height(), call.options, call.workspace.bytes)
                ? inverse_depth(call.scratch, call.stored)
                : Image();
@@ -131,7 +139,7 @@ void occlude(Workspace& workspace, const StoredDepth& stored, double radius, con
     if (!chooses_blocks(stored, options)) {
         const bool half = is_half(options);
         Call call(stored, radius, options, workspace);
-        const Image depth = half || has_silhouettes(options) ? shared_depth(call) : Image();
+        const Image depth = half || has_silhouettes(options) ? shared_depth(call) : depth_on_face(call);
         (half ? half_resolution : whole_resolution)(call, depth, results);
         return;
     }
