@@ -139,6 +139,9 @@ PARAMS(ray_params, 248)
 // Rays through a lens are patches: see kernels/camera/patch.h. Tiles of 1 << lens_tile_shift pixels on a side choose their size.
 CONSTANT(lens_tile_shift, 4)
 
+// Rows of a work-item through a lens, on a CPU: they share what depends on their columns.
+CONSTANT(lens_rows, 16)
+
 // Floats of a node of the patches.
 CONSTANT(lens_node_floats, 20)
 

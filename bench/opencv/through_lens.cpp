@@ -1,8 +1,8 @@
-// fathom_bench_lens: points and normals of depth through a distorted lens: in the distorted image itself, and what people do with
-// OpenCV: remap to a pinhole first, or undistort the pixels once and multiply their rays. Errors against the scene, and times.
-// Then the time of ssao of a panorama beside that of pinholes with the same angle a pixel, which have to be rendered for it.
+// fathom_bench_lens: points, normals and occlusion of depth through a distorted lens: in the distorted image itself, and what people
+// do with OpenCV: remap to a pinhole first, or undistort the pixels once and multiply their rays. Errors against the scene, and times.
 
-#include "scene/scene.hpp"
+#include "brute_force.hpp"
+#include "sweeps.hpp"
 
 #include <fathom/fathom.hpp>
 #include <fathom/pixel_rays.hpp>
@@ -14,235 +14,205 @@
 #include <opencv2/imgproc.hpp>
 #include <opencv2/rgbd/depth.hpp>
 
-#include <algorithm>
-#include <chrono>
 #include <cstdio>
 #include <functional>
-#include <list>
 #include <numbers>
-#include <optional>
+#include <string>
+#include <utility>
 #include <vector>
 
 using namespace fathom;
+using namespace fathom::bench;
 using Eigen::Vector3d;
 
 namespace {
 
-constexpr int width = 1920, height = 1080, rounds = 15;
-constexpr double f = 1210, cx = 959.5, cy = 539.5; // as OpenCV counts them
+constexpr double focal = 0.63; // of the width
+constexpr double radius = 0.4;
 const std::vector<double> k{-0.35, 0.13, 0, 0, 0.01};
 
-Camera camera_of(bool distorted) {
+// The room as a camera sees it.
+struct Seen {
     Camera camera;
-    camera.width = width;
-    camera.height = height;
-    camera.encoding = Encoding::view_z;
-    camera.projection = perspective(Intrinsics{f, f, cx + 0.5, cy + 0.5, width, height}, DepthSpan{0.1, 100},
-                                    {.view_axes = ViewAxes::opencv});
-    if (distorted)
-        camera.lens = LensModel{LensLaw::brown, f, f, cx + 0.5, cy + 0.5, k};
-    return camera;
-}
+    scene::Rendered image;
+    std::vector<oracle::Sample> visibility;
 
-scene::Rendered seen_by(const Camera& camera) {
-    const PixelRays rays(camera);
-    return scene::render(scene::room(), camera, [&](double x, double y) { return rays.ray_of(x, y); });
-}
-
-double milliseconds(const std::function<void()>& work) {
-    std::vector<double> times;
-    for (int i = 0; i < rounds; ++i) {
-        const auto start = std::chrono::steady_clock::now();
-        work();
-        times.push_back(std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count());
+    Seen(int width, int height, bool distorted) {
+        const double f = focal * width, cx = 0.5 * width, cy = 0.5 * height;
+        camera.width = width;
+        camera.height = height;
+        camera.encoding = Encoding::view_z;
+        camera.projection =
+            perspective(Intrinsics{f, f, cx, cy, width, height}, DepthSpan{0.1, 100}, {.view_axes = ViewAxes::opencv});
+        if (distorted)
+            camera.lens = LensModel{LensLaw::brown, f, f, cx, cy, k};
+        const PixelRays rays(camera);
+        image = scene::render(scene::room(), camera, [&](double x, double y) { return rays.ray_of(x, y); });
+        visibility = oracle::ray_traced(scene::room(), camera, image, radius);
     }
-    std::ranges::nth_element(times, times.begin() + rounds / 2);
-    return times[rounds / 2];
-}
-
-struct Off {
-    double mean = 0, largest = 0;
 };
 
 // Of points: parts of the distance. Of normals: degrees, whichever side they show. Where either has none, the pixel is left out.
-Off off_by(const cv::Mat& found, const scene::Rendered& truth, bool points) {
-    Off off;
-    long count = 0;
-    for (int y = 0; y < height; ++y)
-        for (int x = 0; x < width; ++x) {
-            const auto i = static_cast<std::size_t>(y) * width + static_cast<std::size_t>(x);
+Deviation vectors_off(const cv::Mat& found, const scene::Rendered& truth, bool points) {
+    std::vector<double> errors;
+    for (int y = 0; y < found.rows; ++y)
+        for (int x = 0; x < found.cols; ++x) {
+            const auto i =
+                static_cast<std::size_t>(y) * static_cast<std::size_t>(found.cols) + static_cast<std::size_t>(x);
             const auto& v = found.at<cv::Vec3f>(y, x);
             const Vector3d got(static_cast<double>(v[0]), static_cast<double>(v[1]), static_cast<double>(v[2]));
             const Vector3d& exact = points ? truth.position[i] : truth.normal[i];
             if (!got.allFinite() || got.isZero() || !exact.allFinite() || exact.isZero())
                 continue;
-            const double here =
-                points ? (got - exact).norm() / exact.norm()
-                       : std::atan2(got.cross(exact).norm(), std::abs(got.dot(exact))) * 180 / std::numbers::pi;
-            off.mean += here;
-            off.largest = std::max(off.largest, here);
-            ++count;
+            errors.push_back(points ? (got - exact).norm() / exact.norm()
+                                    : std::atan2(got.cross(exact).norm(), std::abs(got.dot(exact))) * 180 /
+                                          std::numbers::pi);
         }
-    off.mean /= static_cast<double>(count);
-    return off;
+    return summary(points ? "of the distance" : "degrees", errors);
 }
 
-void print(const char* what, const char* how, const Off& off, double time) {
-    std::printf("%-8s %-58s mean %9.3g  largest %9.3g  %7.2f ms\n", what, how, off.mean, off.largest, time);
+Deviation visibility_off(const cv::Mat& found, const Seen& seen) {
+    std::vector<double> errors;
+    for (const oracle::Sample& p : seen.visibility)
+        errors.push_back(static_cast<double>(found.at<float>(p.y, p.x)) - p.visibility);
+    return summary("visibility", errors);
 }
 
-void run() {
-    const Device device = Device::open("cpu");
-    const Camera lens = camera_of(true);
-    const scene::Rendered bent = seen_by(lens), straight = seen_by(camera_of(false));
-    const cv::Mat depth(height, width, CV_32F, const_cast<float*>(bent.stored.data()));
-    const cv::Mat matrix = (cv::Mat_<double>(3, 3) << f, 0, cx, 0, f, cy, 0, 0, 1);
-    cv::Mat result(height, width, CV_32FC3);
-
-    const auto own = [&](const char* what, const char* how, const auto& operation, bool points) {
-        const StoredDepth stored{Image::from_host(device, Element::f32, depth.data, {width, height}), lens};
-        const Image image = Image::from_host(device, Element::f32, result.data, {width, height, 3});
-        operation(stored, image); // builds kernels
-        const double time = milliseconds([&] {
-            operation(stored, image);
-            device.finish();
-        });
-        image.download(result.data);
-        print(what, how, off_by(result, bent, points), time);
-    };
-    own(
-        "points", "fathom, in the distorted image",
-        [](const StoredDepth& stored, const Image& image) { unproject(stored, image); }, true);
-
-    std::vector<cv::Point2f> pixels, rays;
-    for (int y = 0; y < height; ++y)
-        for (int x = 0; x < width; ++x)
-            pixels.emplace_back(static_cast<float>(x), static_cast<float>(y));
-    cv::undistortPoints(pixels, rays, matrix, k);
-    const cv::Mat kept(height, width, CV_32FC2, rays.data());
-    cv::Mat points;
-    double time = milliseconds([&] {
-        std::vector<cv::Mat> parts;
-        cv::split(kept, parts);
-        cv::multiply(parts[0], depth, parts[0]);
-        cv::multiply(parts[1], depth, parts[1]);
-        parts.push_back(depth);
-        cv::merge(parts, points);
-    });
-    print("points", "OpenCV, undistortPoints once, its rays times the depth", off_by(points, bent, true), time);
-
-    cv::Mat across, down, remapped, normals_of;
-    cv::initUndistortRectifyMap(matrix, k, cv::Mat(), matrix, {width, height}, CV_32FC1, across, down);
-    const std::pair<const char*, int> ways[] = {{"nearest", cv::INTER_NEAREST}, {"linear", cv::INTER_LINEAR}};
-    for (const auto& [name, way] : ways) {
-        time = milliseconds([&, way = way] {
-            cv::remap(depth, remapped, across, down, way);
-            cv::rgbd::depthTo3d(remapped, matrix, points);
-        });
-        print("points", (std::string("OpenCV, remap, ") + name + ", and depthTo3d").c_str(),
-              off_by(points, straight, true), time);
-    }
-
-    own(
-        "normals", "fathom, in the distorted image",
-        [](const StoredDepth& stored, const Image& image) { normals(stored, image); }, false);
-    const auto computer = cv::rgbd::RgbdNormals::create(height, width, CV_32F, cv::Mat_<float>(matrix), 5,
-                                                        cv::rgbd::RgbdNormals::RGBD_NORMALS_METHOD_FALS);
-    for (const auto& [name, way] : ways) {
-        time = milliseconds([&, way = way] {
-            cv::remap(depth, remapped, across, down, way);
-            cv::rgbd::depthTo3d(remapped, matrix, points);
-            (*computer)(points, normals_of);
-        });
-        print("normals", (std::string("OpenCV, remap, ") + name + ", depthTo3d and FALS").c_str(),
-              off_by(normals_of, straight, false), time);
-    }
-}
-
-// Depth, and the part of it that has results.
-struct Views {
-    const char* name;
-    std::vector<StoredDepth> depths;
-    std::optional<Region> region;
+struct Way {
+    const char* operation;
+    std::string name;
+    const char* kind;
+    std::function<void()> run;
+    std::function<Deviation()> error;
 };
 
-void run_panorama() {
-    constexpr int columns = 2048, rows = columns / 2;
-    constexpr double focal = columns / (2 * std::numbers::pi);
-    constexpr int wide = 1398, side = 652; // pixels of 130 and 90 degrees
-    static_assert(side < 2 * focal + 1 && side > 2 * focal - 1);
-    const Device device = Device::open("cpu");
-    const auto pinhole = [](int across, int down) {
-        Camera camera;
-        camera.width = across;
-        camera.height = down;
-        camera.encoding = Encoding::view_z;
-        camera.projection = perspective(Intrinsics{focal, focal, across / 2.0, down / 2.0, across, down},
-                                        DepthSpan{0.1, 1000}, {.view_axes = ViewAxes::opengl});
-        return camera;
-    };
-    std::list<std::vector<float>> seen; // which the images share
-    const auto stored = [&](const Camera& camera, const scene::Rendered& rendered) {
-        seen.push_back(rendered.stored);
-        return StoredDepth{Image::from_host(device, Element::f32, seen.back().data(), {camera.width, camera.height}),
-                           camera};
-    };
-    Camera panorama = pinhole(columns, rows);
-    panorama.encoding = Encoding::ray_distance;
-    panorama.lens = LensModel{LensLaw::equirectangular, focal, focal, columns / 2.0, rows / 2.0};
-    const Camera one = pinhole(columns, rows), small = pinhole(side, side);
-    constexpr int inner = (wide - side) / 2;
-    Views all[] = {{"the panorama", {stored(panorama, seen_by(panorama))}, {}},
-                   {"one pinhole of as many pixels", {stored(one, scene::render(scene::room(), one))}, {}},
-                   {"six pinholes of 90 degrees, with steps where they meet", {}, {}},
-                   {"six of 130 degrees, for the 90 in their middles", {}, Region{inner, inner, side, side}}};
-    for (const auto& [axis, angle] : {std::pair{Vector3d::UnitY(), 0.0},
-                                      {Vector3d::UnitY(), 90.0},
-                                      {Vector3d::UnitY(), 180.0},
-                                      {Vector3d::UnitY(), 270.0},
-                                      {Vector3d::UnitX(), 90.0},
-                                      {Vector3d::UnitX(), 270.0}}) {
-        Camera camera = pinhole(wide, wide);
-        camera.view = Eigen::Matrix4d::Identity();
-        camera.view->topLeftCorner<3, 3>() = Eigen::AngleAxisd(angle * std::numbers::pi / 180, axis).toRotationMatrix();
-        const StoredDepth depth = stored(camera, scene::render(scene::room(), camera));
-        all[3].depths.push_back(depth);
-        all[2].depths.push_back({depth.image.region(inner, inner, side, side), small});
+// What the ways read and write.
+struct Frame {
+    const Device& device;
+    Seen bent, straight;
+    cv::Mat depth, remapped, points, normals, visibility, matrix, across, down, rays;
+    cv::Ptr<cv::rgbd::RgbdNormals> fals;
+
+    Frame(const Device& on, int width, int height)
+        : device(on), bent(width, height, true), straight(width, height, false),
+          depth(height, width, CV_32F, bent.image.stored.data()), remapped(height, width, CV_32F),
+          points(height, width, CV_32FC3), normals(height, width, CV_32FC3), visibility(height, width, CV_32F) {
+        const double f = focal * width;
+        matrix = (cv::Mat_<double>(3, 3) << f, 0, 0.5 * width - 0.5, 0, f, 0.5 * height - 0.5, 0, 0, 1);
+        cv::initUndistortRectifyMap(matrix, k, cv::Mat(), matrix, {width, height}, CV_32FC1, across, down);
+        cv::Mat pixels(height, width, CV_32FC2);
+        for (int y = 0; y < height; ++y)
+            for (int x = 0; x < width; ++x)
+                pixels.at<cv::Vec2f>(y, x) = {static_cast<float>(x), static_cast<float>(y)};
+        cv::undistortPoints(pixels.reshape(2, 1), rays, matrix, k);
+        rays = rays.reshape(2, height);
+        fals = cv::rgbd::RgbdNormals::create(height, width, CV_32F, cv::Mat_<float>(matrix), 5,
+                                             cv::rgbd::RgbdNormals::RGBD_NORMALS_METHOD_FALS);
     }
-    constexpr std::pair<const char*, Quality> qualities[] = {
-        {"fast", Quality::fast}, {"balanced", Quality::balanced}, {"accurate", Quality::accurate}};
-    for (const double radius : {0.1, 0.4})
-        for (const auto& [name, quality] : qualities) {
-            double of_panorama = 0;
-            for (const Views& views : all) {
-                SsaoOptions options{.sampling = Sampling{.quality = quality}};
-                options.region = views.region;
-                const Image& first = views.depths[0].image;
-                const Image visibility(device, Element::f32,
-                                       views.region ? Layout{side, side} : Layout{first.width(), first.height()});
-                const auto work = [&] {
-                    for (const StoredDepth& depth : views.depths)
-                        ssao(depth, {.visibility = visibility, .bent_normal = {}, .confidence = {}}, radius, options);
-                    device.finish();
-                };
-                work(); // builds kernels
-                const double time = milliseconds(work);
-                if (of_panorama == 0)
-                    of_panorama = time;
-                std::printf("ssao %-8s radius %.1f  %-55s %7.2f ms, the panorama takes %.2f times that\n", name, radius,
-                            views.name, time, of_panorama / time);
-            }
-        }
+
+    Image image_of(const cv::Mat& of) const {
+        return Image::from_host(device, Element::f32, of.data, {of.cols, of.rows, of.channels()});
+    }
+    StoredDepth stored(const cv::Mat& of, const Seen& seen) const { return {image_of(of), seen.camera}; }
+};
+
+// Results on a device that does not share the host's memory come back with `image`.
+Deviation after(Frame& f, const cv::Mat& result, const std::function<Deviation()>& off) {
+    f.device.finish();
+    f.image_of(result).download(result.data);
+    return off();
 }
+
+std::vector<Way> ways(Frame& f) {
+    std::vector<Way> list{
+        {"unproject", "fathom", "library", [&] { unproject(f.stored(f.depth, f.bent), f.image_of(f.points)); },
+         [&] { return after(f, f.points, [&] { return vectors_off(f.points, f.bent.image, true); }); }},
+        {"unproject", "undistortPoints once, its rays", "opencv",
+         [&] {
+             std::vector<cv::Mat> parts;
+             cv::split(f.rays, parts);
+             cv::multiply(parts[0], f.depth, parts[0]);
+             cv::multiply(parts[1], f.depth, parts[1]);
+             parts.push_back(f.depth);
+             cv::merge(parts, f.points);
+         },
+         [&] { return vectors_off(f.points, f.bent.image, true); }},
+        {"normals", "fathom", "library", [&] { normals(f.stored(f.depth, f.bent), f.image_of(f.normals)); },
+         [&] { return after(f, f.normals, [&] { return vectors_off(f.normals, f.bent.image, false); }); }}};
+    for (const auto& [name, way] : {std::pair{"nearest", cv::INTER_NEAREST}, {"linear", cv::INTER_LINEAR}}) {
+        const auto remap = [&f, way = way] { cv::remap(f.depth, f.remapped, f.across, f.down, way); };
+        const std::string remapped = std::string("remap ") + name;
+        list.push_back({"unproject", remapped + ", depthTo3d", "opencv",
+                        [&f, remap] {
+                            remap();
+                            cv::rgbd::depthTo3d(f.remapped, f.matrix, f.points);
+                        },
+                        [&f] { return vectors_off(f.points, f.straight.image, true); }});
+        list.push_back({"normals", remapped + ", FALS", "opencv",
+                        [&f, remap] {
+                            remap();
+                            cv::rgbd::depthTo3d(f.remapped, f.matrix, f.points);
+                            (*f.fals)(f.points, f.normals);
+                        },
+                        [&f] { return vectors_off(f.normals, f.straight.image, false); }});
+        list.push_back(
+            {"ssao", remapped + ", balanced", "opencv",
+             [&f, remap] {
+                 remap();
+                 ssao(f.stored(f.remapped, f.straight), {f.image_of(f.visibility), {}, {}}, radius,
+                      {.sampling = Sampling{.quality = Quality::balanced}});
+             },
+             [&f] { return after(f, f.visibility, [&] { return visibility_off(f.visibility, f.straight); }); }});
+    }
+    for (const auto& [name, quality] : {std::pair{"fast", Quality::fast}, {"balanced", Quality::balanced}})
+        list.push_back({"ssao", std::string("fathom, ") + name, "library",
+                        [&f, quality = quality] {
+                            ssao(f.stored(f.depth, f.bent), {f.image_of(f.visibility), {}, {}}, radius,
+                                 {.sampling = Sampling{.quality = quality}});
+                        },
+                        [&f] { return after(f, f.visibility, [&] { return visibility_off(f.visibility, f.bent); }); }});
+    return list;
+}
+
+std::vector<Figures> figures(const Device& device, int width, int height, const Effort& effort) {
+    Frame frame(device, width, height);
+    const std::vector<Way> list = ways(frame);
+    std::vector<Figures> rows;
+    std::vector<Work> work;
+    for (const Way& way : list) {
+        work.push_back({.run = way.run});
+        work.back().every = rounds_between(device, work.back(), effort.rounds, effort.seconds);
+        rows.push_back({way.operation, way.name, way.kind, "float32", "room through brown", width, height});
+        rows.back().error = way.error();
+    }
+    const auto seconds = measured(device, work, effort.rounds, effort.clock);
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+        rows[i].seconds = seconds[i];
+        print_row(rows[i]);
+    }
+    return rows;
+}
+
+constexpr const char* help =
+    "usage: fathom_bench_lens [--size WxH] [--rounds N] [--seconds S] [--processor-time] [--csv FILE]\n"
+    "Points, normals and occlusion through a distorted lens beside OpenCV's ways, on the CPU: errors and times at WxH "
+    "(1920x1080).\n"
+    "Options as those of fathom_bench.\n";
 
 } // namespace
 
-int main() {
+int main(int argc, char** argv) {
+    Comparison asked;
+    if (const auto status = asked.read(argc, argv, help))
+        return *status;
     try {
-        run();
-        run_panorama();
+        const Device device = Device::open("cpu");
+        const auto rows = figures(device, asked.width, asked.height, asked.effort);
+        if (!asked.csv.empty())
+            table_of(device, rows, asked.effort.clock).write_csv(asked.csv);
     } catch (const std::exception& error) {
         std::fprintf(stderr, "fathom_bench_lens: %s\n", error.what());
         return 1;
     }
+    return 0;
 }

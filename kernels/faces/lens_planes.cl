@@ -46,27 +46,22 @@ INLINE void look_for_crease(floatV q, floatV step, floatV near, floatV far, floa
 }
 #endif
 
-KERNEL void lens_planes(__global const float* depth, __global const float* normals, __global float* target,
-                        const grid_params grid, const lens_plane_params p LENS_ARGUMENTS) {
-    const uint x = first_column(grid.x_begin, grid.x_end), y = get_global_id(1);
-    if (x >= grid.x_end || y >= grid.height)
-        return;
-    const window w = window_at(depth, &grid, (int)x, (int)y);
+INLINE void lens_plane(__global const float* depth, __global const float* normals, __global float* target,
+                       const grid_params* grid, const lens_plane_params* p, const bent_ray* ray, uint x, uint y) {
+    const window w = window_at(depth, grid, (int)x, (int)y);
     const floatV q = neighbour(&w, 0, 0);
-    bent_ray ray;
-    bent_rays(tiles, nodes, &lens, grid.pixel_x + x, grid.pixel_y + y, &ray);
     vectorV m;
 #if GIVEN
     float lanes[3][V];
     for (int i = 0; i < V; ++i)
         for (int c = 0; c < 3; ++c)
-            lanes[c][i] = normals[((size_t)y * p.stride + x + i) * p.given + c];
+            lanes[c][i] = normals[((size_t)y * p->stride + x + i) * p->given + c];
     m = (vectorV){*(const float_lanes*)lanes[0], *(const float_lanes*)lanes[1], *(const float_lanes*)lanes[2]};
-    const floatV along = fma(m.x, ray.x.u, fma(m.y, ray.y.u, m.z * ray.z.u));
+    const floatV along = fma(m.x, ray->x.u, fma(m.y, ray->y.u, m.z * ray->z.u));
     m = scaled(m, q / along);
 #else
-    const floatV tolerance = 4.0f * error_through_lens(&ray, fabs(q), p.error_quadratic, p.error_linear, p.error_constant);
-    const floatV step = fma(q * q, (floatV)(THIN * p.radius), tolerance);
+    const floatV tolerance = 4.0f * error_through_lens(ray, fabs(q), p->error_quadratic, p->error_linear, p->error_constant);
+    const floatV step = fma(q * q, (floatV)(THIN * p->radius), tolerance);
     bend b = no_bend();
     floatV across[4], along[4];
     row_of(&w, 0, &b, across);
@@ -92,18 +87,16 @@ KERNEL void lens_planes(__global const float* depth, __global const float* norma
             }
             if (pass == 1)
                 break;
-            bent_ray whole;
-            bent_rays(tiles, nodes, &lens, grid.pixel_x + x, grid.pixel_y + y, &whole);
-            b = bend_of(&whole, q, right, down);
+            b = bend_of(ray, q, right, down);
             row_of(&w, 0, &b, across);
             column_of(&w, 0, &b, along);
             right = select(right, slope_of(across, q, step, tolerance), bends);
             down = select(down, slope_of(along, q, step, tolerance), bends);
         }
     }
-    m = plane_of(&ray, q, right, down);
-    const floatV wide = fma(ray.x.x, ray.x.x, fma(ray.y.x, ray.y.x, ray.z.x * ray.z.x));
-    const floatV high = fma(ray.x.y, ray.x.y, fma(ray.y.y, ray.y.y, ray.z.y * ray.z.y));
+    m = plane_of(ray, q, right, down);
+    const floatV wide = fma(ray->x.x, ray->x.x, fma(ray->y.x, ray->y.x, ray->z.x * ray->z.x));
+    const floatV high = fma(ray->x.y, ray->x.y, fma(ray->y.y, ray->y.y, ray->z.y * ray->z.y));
     const floatV least = fma(LEAST_CREASE * q, sqrt(max(wide, high)), tolerance);
     floatV most = 0.0f;
     intV crease = -1;
@@ -113,12 +106,12 @@ KERNEL void lens_planes(__global const float* depth, __global const float* norma
     look_for_crease(q, -down, along[1], along[0], least, CREASE_ABOVE, &most, &crease);
 #endif
     // Through the pixel itself, and not a few roundings beside it; without a plane straight across the ray.
-    const floatV rest = q - fma(m.x, ray.x.u, fma(m.y, ray.y.u, m.z * ray.z.u));
+    const floatV rest = q - fma(m.x, ray->x.u, fma(m.y, ray->y.u, m.z * ray->z.u));
     const intV is_plane = fabs(rest) <= 1e-3f * fabs(q);
     const floatV correction = select(q, rest, is_plane), none = (floatV)0.0f;
-    m.x = fma(correction, ray.x.u, select(none, m.x, is_plane));
-    m.y = fma(correction, ray.y.u, select(none, m.y, is_plane));
-    m.z = fma(correction, ray.z.u, select(none, m.z, is_plane));
+    m.x = fma(correction, ray->x.u, select(none, m.x, is_plane));
+    m.y = fma(correction, ray->y.u, select(none, m.y, is_plane));
+    m.z = fma(correction, ray->z.u, select(none, m.z, is_plane));
     float lanes_of[4][V];
     *(float_lanes*)lanes_of[0] = m.x;
     *(float_lanes*)lanes_of[1] = m.y;
@@ -128,7 +121,23 @@ KERNEL void lens_planes(__global const float* depth, __global const float* norma
 #else
     *(float_lanes*)lanes_of[3] = select(q, with_crease(q, crease), (crease >= 0) & (q > 0.0f));
 #endif
-    __global float4* const to = (__global float4*)target + (size_t)y * p.stride + x;
+    __global float4* const to = (__global float4*)target + (size_t)y * p->stride + x;
     for (int i = 0; i < V; ++i)
         to[i] = (float4)(lanes_of[0][i], lanes_of[1][i], lanes_of[2][i], lanes_of[3][i]);
+}
+
+KERNEL void lens_planes(__global const float* depth, __global const float* normals, __global float* target,
+                        const grid_params grid, const lens_plane_params p LENS_ARGUMENTS) {
+    const uint rows = V == 1 ? 1 : lens_rows, begin = get_global_id(1) * rows;
+    const uint x = first_column(grid.x_begin, grid.x_end), end = min(begin + rows, grid.height);
+    if (x >= grid.x_end)
+        return;
+    bent_columns columns;
+    for (uint y = begin; y < end; ++y) {
+        const uint px = grid.pixel_x + x, py = grid.pixel_y + y;
+        if (y == begin || (py & (columns.rows.size - 1)) == 0)
+            bent_columns_at(tiles, nodes, &lens, px, py, &columns);
+        const bent_ray ray = bent_rays_of(&columns, py);
+        lens_plane(depth, normals, target, &grid, &p, &ray, x, y);
+    }
 }

@@ -43,11 +43,13 @@ typedef struct {
 // Error of an inverse distance of this size: that of what is stored, which is 1/z where depth counts along the axis.
 INLINE floatV error_through_lens(const bent_ray* ray, floatV size, float quadratic, float linear, float least) {
 #if ALONG == ALONG_AXIS
-    const floatV z_in_distances = ray->ahead, stored = size / z_in_distances;
+    floatV error = (floatV)linear * size;
+    if (quadratic != 0.0f || least != 0.0f) // the same for all pixels
+        error += fma((floatV)quadratic * size, size / ray->ahead, (floatV)least * ray->ahead);
+    return error;
 #else
-    const floatV z_in_distances = (floatV)1.0f, stored = size;
+    return fma(fma((floatV)quadratic, size, (floatV)linear), size, (floatV)least);
 #endif
-    return z_in_distances * fma(fma((floatV)quadratic, stored, (floatV)linear), stored, (floatV)least);
 }
 
 INLINE vectorV cross_of(floatV ax, floatV ay, floatV az, floatV bx, floatV by, floatV bz) {
@@ -58,89 +60,84 @@ INLINE vectorV scaled(vectorV a, floatV by) {
     return (vectorV){a.x * by, a.y * by, a.z * by};
 }
 
-// The change of a slope from node to node, `slope` being its place in a node: by those on both sides that have rays.
-INLINE float4 bend_of_nodes(__global const float4* node, int step, uint place, int slope) {
-    const uint last = (1u << lens_tile_shift) - 1;
-    const float4 none = (float4)(NAN), here = node[slope];
-    const float4 before = place > 0 ? here - (node - step)[slope] : none;
-    const float4 after = place < last ? (node + step)[slope] - here : none;
-    if (isnan(before.x))
-        return isnan(after.x) ? (float4)(0.0f) : after;
-    return isnan(after.x) ? before : 0.5f * (before + after);
-}
-
-// A row of the patch, and its first, second and third derivatives by y.
+// A component of the rays in the columns of V pixels, and its derivatives by pixels, as polynomials in t: all rows of a patch share
+// them. Terms of the fifth order are left out of how it bends.
 typedef struct {
-    patch_row row, by_y, by_yy, by_yyy;
-} bent_rows;
+    floatV u[4], x[4], y[3], xx[3], xy[3], yy[2], xxx, yyy;
+} bent_column;
 
-// x: the first column of those that lie in it.
-INLINE bent_rows bent_rows_at(const patch_place* at, uint x, uint y) {
-    bent_rows rows;
-    if (at->size == 1) {
-        const uint inside = (1u << lens_tile_shift) - 1;
-        const int to_right = lens_node_floats / 4, down = to_right << lens_tile_shift;
-        const float4 none = (float4)(0.0f);
-        rows.row = (patch_row){at->node[0], at->node[1], at->node[2],
-                               0.5f * bend_of_nodes(at->node, to_right, x & inside, 2), none};
-        rows.by_y = (patch_row){none, at->node[3], at->node[4], none, none};
-        rows.by_yy = (patch_row){none, bend_of_nodes(at->node, down, y & inside, 3), none, none, none};
-        rows.by_yyy = (patch_row){none, none, none, none, none};
-    } else {
-        rows.row = row_of_patch(at->node, at->below, patch_factors(at->t), 1.0f);
-        rows.by_y = row_of_patch(at->node, at->below, patch_factor_slopes(at->t), 0.0f);
-        rows.by_yy = row_of_patch(at->node, at->below, patch_factor_bends(at->t), 0.0f);
-        rows.by_yyy = row_of_patch(at->node, at->below, PATCH_FACTOR_TWISTS, 0.0f);
+typedef struct {
+    bent_column x, y, z;
+    floatV ahead[4];
+    patch_rows rows;
+} bent_columns;
+
+// Those of the pixels (x, y) to (x + V - 1, y) of the camera.
+INLINE void bent_columns_at(__global const uint* tiles, __global const float* nodes, const lens_params* lens, uint x,
+                            uint y, bent_columns* found) {
+    const uintV columns = (uintV)x + LANE_INDEX(uint);
+    found->rows.size = 1u << lens_tile_shift;
+    patch_place at;
+    for (uint next = x; next < x + V; next = at.start + at.size) { // mostly all lie in one patch
+        at = place_in_patches(tiles, nodes, lens, next, y);
+        const patch_polynomial p = polynomial_at(&at, next, y);
+        const floatV s = convert_floatV(columns - at.start) * at.unit;
+        const float unit = at.unit, unit2 = unit * unit, unit3 = unit2 * unit;
+        const intV here = columns >= next;
+        found->rows.size = min(found->rows.size, at.size);
+#define BENT_SET(target, value) found->target = select(found->target, value, here)
+#define BENT_COLUMN(c)                                                                                                 \
+    do {                                                                                                               \
+        floatV u[4], x[4];                                                                                             \
+        for (int j = 0; j < 4; ++j) {                                                                                  \
+            const floatV c2 = 2.0f * PATCH_FACTOR(2, j, c), c3 = 3.0f * PATCH_FACTOR(3, j, c);                         \
+            u[j] = PATCH_FACTOR_CUBIC(j, c);                                                                           \
+            x[j] = fma(s, fma(s, c3, c2), PATCH_FACTOR(1, j, c)) * unit;                                               \
+            BENT_SET(c.x[j], x[j]);                                                                                    \
+            if (j < 3)                                                                                                 \
+                BENT_SET(c.xx[j], fma(s, 2.0f * c3, c2) * unit2);                                                      \
+        }                                                                                                              \
+        BENT_SET(c.u[0], (floatV)p.corner.c + u[0]);                                                                   \
+        for (int j = 1; j < 4; ++j) {                                                                                  \
+            BENT_SET(c.u[j], u[j]);                                                                                    \
+            BENT_SET(c.y[j - 1], (float)j * unit * u[j]);                                                              \
+            BENT_SET(c.xy[j - 1], (float)j * unit * x[j]);                                                             \
+        }                                                                                                              \
+        BENT_SET(c.yy[0], 2.0f * unit2 * u[2]);                                                                        \
+        BENT_SET(c.yy[1], 6.0f * unit2 * u[3]);                                                                        \
+        BENT_SET(c.yyy, 6.0f * unit3 * u[3]);                                                                          \
+        BENT_SET(c.xxx, 6.0f * unit3 * PATCH_FACTOR(3, 0, c));                                                         \
+    } while (0)
+        BENT_COLUMN(x);
+        BENT_COLUMN(y);
+        BENT_COLUMN(z);
+        BENT_SET(ahead[0], (floatV)p.corner.w + PATCH_FACTOR_CUBIC(0, w));
+        for (int j = 1; j < 4; ++j)
+            BENT_SET(ahead[j], PATCH_FACTOR_CUBIC(j, w));
+        BENT_SET(rows.inside, (intV)((int)at.size - 1));
+        BENT_SET(rows.unit, (floatV)unit);
+#undef BENT_COLUMN
+#undef BENT_SET
     }
-    return rows;
 }
 
-#define BENT_SLOPE(row, i) fma(s, fma(s, (floatV)(3.0f * row.c3.i), (floatV)(2.0f * row.c2.i)), (floatV)row.c1.i)
-#define BENT_COMPONENT(target, i)                                                                                      \
-    BENT_SET(target.u, (floatV)rows.row.corner.i + PATCH_CUBIC(rows.row, i, s));                                       \
-    BENT_SET(target.x, BENT_SLOPE(rows.row, i) * unit);                                                                \
-    BENT_SET(target.xx, fma(s, (floatV)(6.0f * rows.row.c3.i), (floatV)(2.0f * rows.row.c2.i)) * unit2);               \
-    BENT_SET(target.xxx, (floatV)(6.0f * rows.row.c3.i * unit3));                                                      \
-    BENT_SET(target.y, PATCH_CUBIC(rows.by_y, i, s) * unit);                                                           \
-    BENT_SET(target.xy, BENT_SLOPE(rows.by_y, i) * unit2);                                                             \
-    BENT_SET(target.yy, PATCH_CUBIC(rows.by_yy, i, s) * unit2);                                                        \
-    BENT_SET(target.yyy, PATCH_CUBIC(rows.by_yyy, i, s) * unit3)
-#define BENT_RAY                                                                                                       \
-    BENT_COMPONENT(ray->x, x);                                                                                         \
-    BENT_COMPONENT(ray->y, y);                                                                                         \
-    BENT_COMPONENT(ray->z, z);                                                                                         \
-    BENT_SET(ray->ahead, (floatV)rows.row.corner.w + PATCH_CUBIC(rows.row, w, s))
+INLINE bent_component component_at(const bent_column* c, floatV t) {
+    return (bent_component){cubic_at(c->u, t),    cubic_at(c->x, t),   parabola_at(c->y, t), parabola_at(c->xx, t),
+                            parabola_at(c->xy, t), line_at(c->yy, t), c->xxx,   c->yyy};
+}
 
-// The rays of the pixels (x, y) to (x + V - 1, y) of the camera. NaN where none is.
-INLINE void bent_rays(__global const uint* tiles, __global const float* nodes, const lens_params* lens, uint x, uint y,
-                      bent_ray* ray) {
-    const uintV columns = (uintV)x + LANE_INDEX(uint);
-    patch_place at = place_in_patches(tiles, nodes, lens, x, y);
-    bent_rows rows = bent_rows_at(&at, x, y);
-    floatV s = convert_floatV(columns - at.start) * at.unit;
-    float unit = at.unit, unit2 = unit * unit, unit3 = unit2 * unit;
-#define BENT_SET(target, value) target = value
-    BENT_RAY;
-#undef BENT_SET
-    for (uint next = at.start + at.size; next < x + V; next = at.start + at.size) { // mostly all lie in one patch
-        at = place_in_patches(tiles, nodes, lens, next, y);
-        rows = bent_rows_at(&at, next, y);
-        s = convert_floatV(columns - at.start) * at.unit;
-        unit = at.unit, unit2 = unit * unit, unit3 = unit2 * unit;
-        const intV here = columns >= next;
-#define BENT_SET(target, value) target = select(target, value, here)
-        BENT_RAY;
-#undef BENT_SET
-    }
-#undef BENT_RAY
-#undef BENT_COMPONENT
-#undef BENT_SLOPE
-    const bent_component a = ray->x, b = ray->y, c = ray->z;
+// The rays of row y of the camera. NaN where none is.
+INLINE bent_ray bent_rays_of(const bent_columns* columns, uint y) {
+    const floatV t = place_in_rows(&columns->rows, y);
+    bent_ray ray = {component_at(&columns->x, t), component_at(&columns->y, t), component_at(&columns->z, t)};
+    ray.ahead = cubic_at(columns->ahead, t);
+    const bent_component a = ray.x, b = ray.y, c = ray.z;
     const vectorV across = cross_of(a.x, b.x, c.x, a.y, b.y, c.y);
     const floatV inverse = 1.0f / fma(a.u, across.x, fma(b.u, across.y, c.u * across.z));
-    ray->dual = scaled(across, inverse);
-    ray->dual_x = scaled(cross_of(a.y, b.y, c.y, a.u, b.u, c.u), inverse);
-    ray->dual_y = scaled(cross_of(a.u, b.u, c.u, a.x, b.x, c.x), inverse);
+    ray.dual = scaled(across, inverse);
+    ray.dual_x = scaled(cross_of(a.y, b.y, c.y, a.u, b.u, c.u), inverse);
+    ray.dual_y = scaled(cross_of(a.u, b.u, c.u, a.x, b.x, c.x), inverse);
+    return ray;
 }
 
 // m, of which q is m u, from q and its slopes.

@@ -11,7 +11,7 @@
 // stored values' rounding, and within a few standard deviations of a sensor's noise, of it: first in a small window, whose
 // slopes are good enough to tell the pixels of a wider one apart. Where all pixels of a window of radius 3 lie on their own plane,
 // it is the result: lines through the windows' rows, which ROWS pixels below each other share, then give it at once.
-// Built for: RADIUS = 0 3 5 8; ALONG = 0 1; ROWS = 1 8
+// Built for: RADIUS = 0 3 5 8; ALONG = 0 1; ROWS = 1 8 16
 
 #include "params.h"
 #include "camera/patch.h"
@@ -48,13 +48,51 @@
 
 // `bend`: of the plane that is looked for.
 INLINE void nearest_plane(const window* w, floatV error, const bend* b, plane* p) {
-    const floatV tolerance = 4.0f * error;
-    p->q = neighbour(w, 0, 0);
-    p->gx = slope(unbent_in_row(w, -2, b), unbent_in_row(w, -1, b), p->q, unbent_in_row(w, 1, b), unbent_in_row(w, 2, b),
-                  tolerance);
-    p->gy = slope(unbent_in_column(w, -2, b), unbent_in_column(w, -1, b), p->q, unbent_in_column(w, 1, b),
-                  unbent_in_column(w, 2, b), tolerance);
+    const floatV tolerance = 4.0f * error, q = neighbour(w, 0, 0);
+    const floatV left2 = unbent_in_row(w, -2, b), left = unbent_in_row(w, -1, b), right = unbent_in_row(w, 1, b),
+                 right2 = unbent_in_row(w, 2, b);
+    const floatV above2 = unbent_in_column(w, -2, b), above = unbent_in_column(w, -1, b),
+                 below = unbent_in_column(w, 1, b), below2 = unbent_in_column(w, 2, b);
+    p->q = q;
+#if LENS
+    // Mostly all have all their neighbours, and then none needs to do with fewer.
+    const floatV from_left = fabs(fma((floatV)2.0f, left, -left2) - q),
+                 from_right = fabs(fma((floatV)2.0f, right, -right2) - q);
+    const floatV from_above = fabs(fma((floatV)2.0f, above, -above2) - q),
+                 from_below = fabs(fma((floatV)2.0f, below, -below2) - q);
+    if (!any_of(!((from_left + from_right) + (from_above + from_below) < INFINITY))) {
+        p->gx = slope_by(from_left, from_right, left2, left, q, right, right2, tolerance);
+        p->gy = slope_by(from_above, from_below, above2, above, q, below, below2, tolerance);
+        return;
+    }
+#endif
+    p->gx = slope(left2, left, q, right, right2, tolerance);
+    p->gy = slope(above2, above, q, below, below2, tolerance);
 }
+
+#if LENS
+// The slope of the side that predicts the centre better, or the mean of both where both do about as well: near enough to tell how a
+// plane bends.
+INLINE floatV rough_slope(floatV before2, floatV before1, floatV centre, floatV after1, floatV after2, floatV tolerance) {
+    const floatV before = fabs(fma((floatV)2.0f, before1, -before2) - centre),
+                 after = fabs(fma((floatV)2.0f, after1, -after2) - centre);
+    const floatV rise = centre - before1, other = after1 - centre;
+    const intV first = before < after, both = (before <= fma((floatV)WORSE_SIDE, after, tolerance)) &
+                                              (after <= fma((floatV)WORSE_SIDE, before, tolerance));
+    const floatV nearest = select(other, rise, first | !(fabs(other) < INFINITY));
+    const floatV found = select(nearest, 0.5f * (rise + other), both);
+    return select((floatV)0.0f, found, fabs(found) < INFINITY);
+}
+
+INLINE bend rough_bend(const window* w, const bent_ray* ray, floatV q, floatV error) {
+    const floatV tolerance = 4.0f * error;
+    const floatV gx = rough_slope(neighbour(w, -2, 0), neighbour(w, -1, 0), q, neighbour(w, 1, 0), neighbour(w, 2, 0),
+                                  tolerance);
+    const floatV gy = rough_slope(neighbour(w, 0, -2), neighbour(w, 0, -1), q, neighbour(w, 0, 1), neighbour(w, 0, 2),
+                                  tolerance);
+    return bend_of(ray, q, gx, gy);
+}
+#endif
 
 #if RADIUS > 0
 // The plane of least squares through the pixels that `p` predicts to within `margin` + `per_pixel` times the distance.
@@ -134,6 +172,9 @@ KERNEL void normals(__global const float* source, __global float* target, const 
         lines[i] = line_of_row(&top, (int)i);
     }
 #endif
+#if LENS
+    bent_columns columns;
+#endif
     for (uint i = 0; i < rows; ++i) {
         const uint made = begin + i, y = grid.y_begin + made;
         const window w = window_at(source, &grid, (int)x, (int)y);
@@ -147,8 +188,9 @@ KERNEL void normals(__global const float* source, __global float* target, const 
         const intV surface = size < INFINITY;
 #endif
 #if LENS
-        bent_ray ray;
-        bent_rays(tiles, nodes, &lens, grid.pixel_x + x, grid.pixel_y + y, &ray);
+        if (i == 0 || ((grid.pixel_y + y) & (columns.rows.size - 1)) == 0)
+            bent_columns_at(tiles, nodes, &lens, grid.pixel_x + x, grid.pixel_y + y, &columns);
+        const bent_ray ray = bent_rays_of(&columns, grid.pixel_y + y);
         const floatV error = error_through_lens(&ray, size, p.error_quadratic, p.error_linear, p.error_constant);
 #else
         const floatV error =
@@ -168,11 +210,10 @@ KERNEL void normals(__global const float* source, __global float* target, const 
             found.gy = select(part.gy, found.gy, whole);
         }
 #else
-        nearest_plane(&w, fma((floatV)2.0f, deviation, error), &b, &found);
 #if LENS
-        b = bend_of(&ray, found.q, found.gx, found.gy);
-        nearest_plane(&w, fma((floatV)2.0f, deviation, error), &b, &found);
+        b = rough_bend(&w, &ray, q, fma((floatV)2.0f, deviation, error));
 #endif
+        nearest_plane(&w, fma((floatV)2.0f, deviation, error), &b, &found);
 #if RADIUS > 0
         fit(&w, &grid, y, deviation, error, &b, &found);
 #endif

@@ -40,10 +40,9 @@ INLINE floatV misprediction(floatV beyond, floatV nearby, floatV centre) {
     return select((floatV)INFINITY, error, error < INFINITY);
 }
 
-// dq/dx in inverse depth per pixel, or dq/dy. Neighbours that are NaN or infinite are never chosen; 0 where there are none.
-// `tolerance` is four times the bound of a stored value's error in q: what rounding alone can make of a prediction.
-INLINE floatV slope(floatV before2, floatV before1, floatV centre, floatV after1, floatV after2, floatV tolerance) {
-    const floatV before = misprediction(before2, before1, centre), after = misprediction(after2, after1, centre);
+// The slope, where the sides mispredict the centre by `before` and `after`.
+INLINE floatV slope_by(floatV before, floatV after, floatV before2, floatV before1, floatV centre, floatV after1,
+                       floatV after2, floatV tolerance) {
     const floatV better = min(before, after), worse = max(before, after);
     const floatV one_side = select(after1 - centre, centre - before1, before < after);
     const floatV both_sides = 0.5f * (after1 - before1);
@@ -52,6 +51,13 @@ INLINE floatV slope(floatV before2, floatV before1, floatV centre, floatV after1
     const intV all = (worse <= tolerance) & (fabs(all_five) < INFINITY);
     const floatV chosen = select(select(one_side, both_sides, both), all_five, all);
     return select((floatV)0.0f, chosen, better < INFINITY);
+}
+
+// dq/dx in inverse depth per pixel, or dq/dy. Neighbours that are NaN or infinite are never chosen; 0 where there are none.
+// `tolerance` is four times the bound of a stored value's error in q: what rounding alone can make of a prediction.
+INLINE floatV slope(floatV before2, floatV before1, floatV centre, floatV after1, floatV after2, floatV tolerance) {
+    return slope_by(misprediction(before2, before1, centre), misprediction(after2, after1, centre), before2, before1, centre,
+                    after1, after2, tolerance);
 }
 
 // The slope, except on objects one or two pixels wide. Two taps do not fit their plane, and planes of other objects must not

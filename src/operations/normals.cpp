@@ -154,8 +154,10 @@ void normals(const StoredDepth& stored, const Image& result, const NormalsOption
     const bool fitted = chosen_method(options, stored) == NormalMethod::least_squares;
     const int vector_width = vector_width_for(device, width),
               radius = fitted ? window_radius(camera, options.noise) : 0;
-    const int rows =
-        radius == normals_reach_least_squares && !camera.lens && vector_width > 1 ? rows_of_a_work_item : 1;
+    const int rows = vector_width == 1                       ? 1
+                     : camera.lens                           ? params::lens_rows
+                     : radius == normals_reach_least_squares ? rows_of_a_work_item
+                                                             : 1;
     const runtime::Defines defines = lens.with_lens({{"V", vector_width},
                                                      {"STREAM", worth_streaming(result, vector_width)},
                                                      {"PERSPECTIVE", !target || target->perspective},

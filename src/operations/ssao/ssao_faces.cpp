@@ -280,15 +280,15 @@ private:
                                                    .error_quadratic = error.quadratic * times,
                                                    .stride = to_u32(planes_.row_stride() / 4),
                                                    .given = fitted_ ? 4u : 0u};
-        const int vector_width = vector_width_for(device_, width);
+        const int vector_width = vector_width_for(device_, width), rows = vector_width == 1 ? 1 : params::lens_rows;
         params::grid_params grid =
             grid_parameters({depth, stored_.camera, Storage::float32, stored_.x, stored_.y}, planes_, 0, width);
         lens_.launch(device_,
                      runtime::kernel(
                          device_, "lens_planes",
                          lens_.with_lens({{"V", vector_width}, {"STREAM", 0}, {"PERSPECTIVE", 1}, {"GIVEN", fitted_}})),
-                     range_of(width, height, vector_width), depth, fitted_ ? normals_ : depth, planes_, grid,
-                     parameters);
+                     range_of(width, (height - 1) / rows + 1, vector_width), depth, fitted_ ? normals_ : depth, planes_,
+                     grid, parameters);
         if (const auto* back = thickness_as<StoredDepth>(options_))
             back_ = inverse_depth(scratch_, *back);
     }
