@@ -8,10 +8,16 @@ namespace {
 
 // The ends of a panorama in degrees, in rising order.
 std::vector<double> ends_of(const JsonObject& own, const char* key, double most) {
-    const auto ends = own.numbers(key, 2).value_or(std::vector{-most / 2, most / 2});
-    if (!(ends[1] > ends[0] && ends[1] - ends[0] <= most))
+    constexpr double rounding = 1e-4; // of radians in floats, as Blender keeps them
+    auto ends = own.numbers(key, 2).value_or(std::vector{-most / 2, most / 2});
+    const double beyond = ends[1] - ends[0] - most;
+    if (!(ends[1] > ends[0] && beyond <= rounding))
         own.refuse_value(key, "must be the lower and the higher end in degrees, at most " +
                                   std::to_string(static_cast<int>(most)) + " apart");
+    if (beyond > 0) {
+        ends[0] += beyond / 2;
+        ends[1] = ends[0] + most;
+    }
     return ends;
 }
 
