@@ -14,6 +14,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
+#include <mutex>
 #include <numbers>
 #include <span>
 
@@ -26,6 +28,26 @@ const char* to_string(LensLaw law) {
     static_assert(std::size(names) == static_cast<std::size_t>(LensLaw::rays) + 1);
     return names[static_cast<std::size_t>(law)];
 }
+
+namespace {
+
+// A map that somebody still has is shared: what a device reads of it is made once, though each frame of a shot reads its file again.
+std::shared_ptr<const RayMap> shared_map(RayMap map) {
+    static std::mutex mutex;
+    static std::vector<std::weak_ptr<const RayMap>> alive;
+    const std::scoped_lock lock(mutex);
+    std::erase_if(alive, [](const auto& each) { return each.expired(); });
+    for (const auto& each : alive)
+        if (const auto known = each.lock();
+            known && known->width == map.width && known->height == map.height &&
+            std::memcmp(known->rays.data(), map.rays.data(), map.rays.size() * sizeof(float)) == 0)
+            return known;
+    auto made = std::make_shared<const RayMap>(std::move(map));
+    alive.push_back(made);
+    return made;
+}
+
+} // namespace
 
 LensModel lens_of_rays(RayMap map) {
     require(map.width > 0 && map.height > 0 &&
@@ -46,7 +68,7 @@ LensModel lens_of_rays(RayMap map) {
             .fy = 1,
             .cx = 0,
             .cy = 0,
-            .map = std::make_shared<const RayMap>(std::move(map))};
+            .map = shared_map(std::move(map))};
 }
 
 namespace lens {
