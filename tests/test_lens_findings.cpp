@@ -247,3 +247,22 @@ TEST_CASE("lens findings: a picture of all directions is told without a camera, 
             CHECK_FALSE(contains(other.guesses.front().camera_file, "equirectangular"));
         }
 }
+
+TEST_CASE("lens findings: a radius of more than twice the distance is told where a lens's image is cut into faces",
+          "[lens][doubts]") {
+    Camera camera = lens_subjects().at(11).camera;
+    camera.encoding = Encoding::ray_distance;
+    const std::vector<float> room = stored_room(camera, meanings[1]);
+    std::vector<float> sorted = room;
+    std::ranges::sort(sorted);
+    const double nearest = static_cast<double>(sorted[sorted.size() / 20]);
+    CHECK(radius_doubts(camera, host(camera, room), 1.8 * nearest).empty());
+    const std::vector<std::string> said = radius_doubts(camera, host(camera, room), 2.2 * nearest);
+    REQUIRE(said.size() == 1);
+    INFO(said.front());
+    CHECK(contains(said.front(), "more than twice the distance of "));
+    const std::size_t at = said.front().find("Give ") + 5;
+    CHECK(radius_doubts(camera, host(camera, room), std::stod(said.front().substr(at))).empty());
+    const Camera straight = lens_subjects().at(1).camera; // it has one face
+    CHECK(radius_doubts(straight, host(straight, stored_room(straight, meanings[1])), 2.2 * nearest).empty());
+}
