@@ -438,7 +438,8 @@ std::map<std::string, Values> results_of(const Device& device, int index, const 
                       masks.near_alpha, masks.disocclusion, masks.mixed_pixels};
     });
     run("dof", [&] {
-        if (!(circle_deformation(scene.camera) <= dof_shape_error))
+        if (!straight &&
+            (scene.camera.lens->law != LensLaw::brown || circle_deformation(scene.camera) > dof_shape_error))
             return Images{};
         const Aperture apertures[] = {
             {}, {.blades = 6, .rotation_degrees = 15}, {.rotation_degrees = 30, .ratio = 0.5}};
