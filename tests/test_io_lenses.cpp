@@ -95,6 +95,9 @@ TEST_CASE("lenses: the camera file says the model, its coefficients, or the ends
         folder, R"("lens": {"model": "equirectangular", "longitude_deg": [0, 90], "latitude_deg": [-45, 0]})", 90, 45);
     CHECK((ray_of(part, 90, 0).value() - Eigen::Vector3d(1, 0, 0)).norm() < 1e-15);
     CHECK(ray_of(part, 0, 45).value().y() == Approx(-std::sqrt(0.5)));
+    const Camera of_floats =
+        read(folder, R"("lens": {"model": "equirectangular", "longitude_deg": [-180.000005, 180.000005]})", 400, 200);
+    CHECK(of_floats.lens->fx == Approx(400 / (2 * std::numbers::pi)).epsilon(1e-14));
     const Camera face = read(folder, R"("lens": {"model": "cube-face"})", 64, 64);
     CHECK_FALSE(face.lens);
     CHECK((ray_of(face, 64, 32).value() - Eigen::Vector3d(1, 0, -1).normalized()).norm() < 1e-15);
@@ -103,6 +106,12 @@ TEST_CASE("lenses: the camera file says the model, its coefficients, or the ends
         check_says([&] { read(folder, keys); }, parts);
     };
     refused(pixels + R"("lens": {"model": "brwn"})", {"camera.json", "lens.model", "the nearest is \"brown\""});
+    for (const char* name : {"plumb_bob", "radtan", "brown-conrady"})
+        refused(pixels + R"("lens": {"model": ")" + name + R"("})", {"is called \"brown\""});
+    refused(pixels + R"("lens": {"model": "inverse_brown_conrady"})", {"rays of pixels", "\"rays\": FILE"});
+    refused(pixels + R"("lens": {"model": "equirect"})", {"is called \"equirectangular\""});
+    for (const char* key : {"distortion", "dist_coeffs", "k1"})
+        refused(pixels + R"(")" + key + R"(": 0)", {key, "\"lens\": {\"model\": \"brown\", \"k\": ["});
     for (const char* name : {"fisheye", "kannala-brandt"})
         refused(pixels + R"("lens": {"model": ")" + name + R"("})", {"is called \"opencv-fisheye\""});
     refused(pixels + R"("lens": {"model": "equidistant", "k": [0, 0, 0, 0]})", {"opencv-fisheye"});
@@ -111,6 +120,7 @@ TEST_CASE("lenses: the camera file says the model, its coefficients, or the ends
     refused(pixels + R"("lens": {"k": [1]})", {"lens.model", "is missing"});
     refused(pixels + R"("lens": {"model": "brown", "k": [1, 2]})",
             {"camera.json", "has 2 coefficients", "4, 5, 8 or 12"});
+    refused(pixels + R"("lens": {"model": "opencv-fisheye", "k": [1, 2]})", {"it takes 4: k1 k2 k3 k4"});
     refused(pixels + R"("lens": {"model": "brown", "k": 7})", {"lens.k", "must be numbers"});
     refused(pixels + R"("lens": {"model": "equirectangular"})", {"intrinsics", "leave"});
     refused(pixels + R"("lens": {"model": "brown", "k": [0, 0, 0, 0], "longitude_deg": [0, 1]})",
@@ -174,6 +184,10 @@ TEST_CASE("lenses: pictures that are not of their lens's shape are told, and dep
     CHECK(said(face, 64, 64).empty());
     REQUIRE(said(face, 160, 90).size() == 1);
     CHECK(said(face, 160, 90).front().find("not square") != std::string::npos);
+    const std::string millimetres =
+        R"("encoding": "ray-distance", "intrinsics": {"fx": 13.3, "fy": 13.3, "cx": 240, "cy": 160}, "lens": )";
+    CHECK(said(millimetres + R"({"model": "blender-polynomial", "k": [0, -0.02, 0, 0, 0]})", 480, 320).empty());
+    CHECK(said(millimetres + R"({"model": "equidistant"})", 480, 320).size() == 1);
     const std::string azure =
         R"("preset": "azure-kinect", "intrinsics": {"fx": 150, "fy": 148, "cx": 163.2, "cy": 117.7})";
     REQUIRE(said(azure, 320, 240).size() == 1);

@@ -128,7 +128,8 @@ TEST_CASE("lens findings: a fold over more than half of the image is refused, an
         camera.encoding = Encoding::ray_distance;
         camera.lens = std::move(lens);
         const std::vector<float> values(static_cast<std::size_t>(width * height), 2.0f);
-        return linearize({Image::from_host(device, Element::f32, values.data(), {width, height}), camera});
+        linearize({Image::from_host(device, Element::f32, values.data(), {width, height}), camera});
+        device.finish(); // it reads the values
     };
     // A circle of 180 degrees in 16 : 9 covers 44 %.
     CHECK_NOTHROW(decode({LensLaw::equidistant, 57.3, 57.3, 160, 90}, 320, 180));
@@ -246,4 +247,54 @@ TEST_CASE("lens findings: a picture of all directions is told without a camera, 
             CHECK(other.family == (encoding == Encoding::view_z ? Family::planar : Family::radial));
             CHECK_FALSE(contains(other.guesses.front().camera_file, "equirectangular"));
         }
+}
+
+TEST_CASE("lens findings: a radius of more than twice the distance is told where a lens's image is cut into faces",
+          "[lens][doubts]") {
+    Camera camera = lens_subjects().at(11).camera;
+    camera.encoding = Encoding::ray_distance;
+    const std::vector<float> room = stored_room(camera, meanings[1]);
+    std::vector<float> sorted = room;
+    std::ranges::sort(sorted);
+    const double nearest = static_cast<double>(sorted[sorted.size() / 20]);
+    CHECK(radius_doubts(camera, host(camera, room), 1.8 * nearest).empty());
+    const std::vector<std::string> said = radius_doubts(camera, host(camera, room), 2.2 * nearest);
+    REQUIRE(said.size() == 1);
+    INFO(said.front());
+    CHECK(contains(said.front(), "more than twice the distance of "));
+    const std::size_t at = said.front().find("Give ") + 5;
+    CHECK(radius_doubts(camera, host(camera, room), std::stod(said.front().substr(at))).empty());
+    const Camera straight = lens_subjects().at(1).camera; // it has one face
+    CHECK(radius_doubts(straight, host(straight, stored_room(straight, meanings[1])), 2.2 * nearest).empty());
+}
+
+TEST_CASE("lens findings: a map of rays in other axes is told", "[lens][doubts]") {
+    const auto said = [](const Camera& camera, const Eigen::Vector3f& signs, bool from_below) {
+        RayMap map{camera.width, camera.height, {}};
+        const std::vector<PixelRay> rays = all_rays(camera);
+        for (int y = 0; y < camera.height; ++y)
+            for (int x = 0; x < camera.width; ++x) {
+                const int row = from_below ? camera.height - 1 - y : y;
+                const PixelRay& ray = rays[static_cast<std::size_t>(row * camera.width + x)];
+                for (int i = 0; i < 3; ++i)
+                    map.rays.push_back(ray ? signs[i] * static_cast<float>((*ray)[i]) : 0);
+            }
+        Camera mapped = camera;
+        mapped.encoding = Encoding::ray_distance;
+        mapped.lens = lens_of_rays(std::move(map));
+        std::string found;
+        for (const std::string& doubt : depth_doubts(mapped, host(mapped, stored_room(mapped, meanings[1]))))
+            if (contains(doubt, "the map of rays"))
+                found += doubt;
+        return found;
+    };
+    for (const std::size_t which : {0u, 2u, 4u, 5u, 7u, 9u, 11u}) {
+        const auto [name, camera] = lens_subjects().at(which);
+        INFO(name);
+        CHECK(said(camera, {1, 1, 1}, false).empty());
+        CHECK(contains(said(camera, {1, -1, 1}, false), "mirror image")); // DirectX's axes
+        CHECK(contains(said(camera, {1, 1, 1}, true), "mirror image"));
+        CHECK(contains(said(camera, {-1, -1, 1}, false), "upside down"));
+    }
+    CHECK(contains(said(lens_subjects().at(11).camera, {1, -1, -1}, false), "upside down")); // OpenGL's, of a panorama
 }

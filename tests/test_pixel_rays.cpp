@@ -310,6 +310,10 @@ TEST_CASE("PixelRays: a map of rays is the lens that it was made of, up to its f
         }
     Camera mapped = fisheye;
     mapped.lens = lens_of_rays(map);
+    CHECK(lens_of_rays(map).map == mapped.lens->map); // so that a shot's frames share what is made of it
+    RayMap other = map;
+    other.rays.back() += 1e-3f;
+    CHECK(lens_of_rays(other).map != mapped.lens->map);
     const PixelRays rays(mapped);
     const lens::CameraLens through(mapped), named(fisheye);
     double off = 0, slopes = 0, back = 0, between = 0;

@@ -475,6 +475,10 @@ TEST_CASE("ssao lenses: a map of rays does what the lens does that it was made o
         std::printf("map of the rays of %s: %.5f rms\n", name.c_str(), mean.root());
         CHECK(wrong == 0);
         CHECK(mean.root() <= mapping);
+        Camera read_again = camera;
+        read_again.lens = lens_of_rays(map);
+        const StoredDepth back = depth_of(device, read_again, seen.depth);
+        CHECK_NOTHROW(images::floats(ssao(depth_of(device, mapped, seen.depth), 0.4, {.thickness = back}).visibility));
     }
 }
 

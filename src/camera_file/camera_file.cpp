@@ -523,10 +523,11 @@ CameraFile preset_file(const std::string& text) {
 Camera camera_for(const CameraFile& file, int width, int height) {
     auto camera = file.camera;
     if ((camera.width && camera.width != width) || (camera.height && camera.height != height))
-        throw Error("the camera is for " + (camera.width ? std::to_string(camera.width) : "any") + " x " +
-                    (camera.height ? std::to_string(camera.height) : "any") + " pixels, the image has " +
-                    std::to_string(width) + " x " + std::to_string(height) + "; " +
-                    cure_of_size(camera, width, height));
+        throw Error(
+            (camera.lens && camera.lens->map ? "the map of rays of the camera's lens is for " : "the camera is for ") +
+            (camera.width ? std::to_string(camera.width) : "any") + " x " +
+            (camera.height ? std::to_string(camera.height) : "any") + " pixels, the image has " +
+            std::to_string(width) + " x " + std::to_string(height) + "; " + cure_of_size(camera, width, height));
     camera.width = width;
     camera.height = height;
     if (file.projection_for)

@@ -37,13 +37,14 @@ void doubt_perspective(const json& own, double width, double height, std::vector
                             height, "; it is width over height, or leave it out"));
 }
 
-void doubt_intrinsics(const json& own, bool from_centre, double width, double height, std::vector<std::string>& said) {
+void doubt_intrinsics(const json& own, bool from_centre, bool per_millimetre, double width, double height,
+                      std::vector<std::string>& said) {
     const auto fx = number_of(own, "fx"), fy = number_of(own, "fy"), cx = number_of(own, "cx"),
                cy = number_of(own, "cy");
     if (!fx || !fy || !cx || !cy)
         return;
     constexpr double widest = 11.4; // tan(85 degrees): 170 degrees and more
-    if (width / 2 / *fx > widest || height / 2 / *fy > widest) {
+    if (!per_millimetre && (width / 2 / *fx > widest || height / 2 / *fy > widest)) {
         said.push_back(text("\"intrinsics\": fx ", *fx, " and fy ", *fy, " are a few pixels of ", width, " x ", height,
                             "; if they are parts of the width or millimetres, turn them into pixels"));
         return;
@@ -107,8 +108,9 @@ std::vector<std::string> key_doubts(const std::string& camera_file, int width, i
         doubt_lens(own, width, height, said);
     if (const json own = object("intrinsics"); own.is_object()) {
         const json& origin = own.contains("pixel_origin") ? own : all;
-        doubt_intrinsics(own, origin.contains("pixel_origin") && origin["pixel_origin"] == "centre", width, height,
-                         said);
+        const json lens = object("lens");
+        doubt_intrinsics(own, origin.contains("pixel_origin") && origin["pixel_origin"] == "centre",
+                         lens.is_object() && lens.value("model", json()) == "blender-polynomial", width, height, said);
     }
     return said;
 }

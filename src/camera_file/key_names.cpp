@@ -20,6 +20,7 @@ std::string object_of(std::string_view key) {
 std::string key_for(std::string_view name) {
     constexpr const char* angle = "\"fov_y_deg\" or \"fov_x_deg\", in degrees, in \"perspective\"";
     constexpr const char* calibration = "\"fx\", \"fy\", \"cx\" and \"cy\" in \"intrinsics\"";
+    constexpr const char* lens = "\"lens\": {\"model\": \"brown\", \"k\": [k1, k2, p1, p2, k3]}, or another model";
     for (const auto& [other, ours] : std::initializer_list<std::pair<std::string_view, const char*>>{
              {"fov", angle},
              {"field_of_view", angle},
@@ -32,6 +33,13 @@ std::string key_for(std::string_view name) {
              {"K", calibration},
              {"camera_matrix", calibration},
              {"focal_length", calibration},
+             {"D", lens},
+             {"k", lens},
+             {"k1", lens},
+             {"distortion", lens},
+             {"distortion_coefficients", lens},
+             {"distortion_coeffs", lens},
+             {"dist_coeffs", lens},
              {"znear", "\"near\""},
              {"near_plane", "\"near\""},
              {"clip_start", "\"near\""},

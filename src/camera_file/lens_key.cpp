@@ -8,10 +8,16 @@ namespace {
 
 // The ends of a panorama in degrees, in rising order.
 std::vector<double> ends_of(const JsonObject& own, const char* key, double most) {
-    const auto ends = own.numbers(key, 2).value_or(std::vector{-most / 2, most / 2});
-    if (!(ends[1] > ends[0] && ends[1] - ends[0] <= most))
+    constexpr double rounding = 1e-4; // of radians in floats, as Blender keeps them
+    auto ends = own.numbers(key, 2).value_or(std::vector{-most / 2, most / 2});
+    const double beyond = ends[1] - ends[0] - most;
+    if (!(ends[1] > ends[0] && beyond <= rounding))
         own.refuse_value(key, "must be the lower and the higher end in degrees, at most " +
                                   std::to_string(static_cast<int>(most)) + " apart");
+    if (beyond > 0) {
+        ends[0] += beyond / 2;
+        ends[1] = ends[0] + most;
+    }
     return ends;
 }
 
@@ -19,9 +25,23 @@ std::vector<double> ends_of(const JsonObject& own, const char* key, double most)
 std::optional<LensLaw> law_of(const JsonObject& own) {
     const auto known = [](LensLaw law) { return std::pair{to_string(law), std::optional(law)}; };
     using enum LensLaw;
-    for (const char* name : {"fisheye", "kannala-brandt", "kannala_brandt"})
+    for (const auto& [name, ours] : {std::pair{"fisheye", "opencv-fisheye"},
+                                     {"kannala-brandt", "opencv-fisheye"},
+                                     {"kannala_brandt", "opencv-fisheye"},
+                                     {"plumb_bob", "brown"},
+                                     {"radtan", "brown"},
+                                     {"rational_polynomial", "brown"},
+                                     {"brown_conrady", "brown"},
+                                     {"brown-conrady", "brown"},
+                                     {"opencv", "brown"},
+                                     {"spherical", "equirectangular"},
+                                     {"panorama", "equirectangular"},
+                                     {"equirect", "equirectangular"}})
         if (own.string("model") == name)
-            own.refuse_value("model", "is called \"opencv-fisheye\"");
+            own.refuse_value("model", std::string("is called \"") + ours + "\"");
+    if (own.string("model") == "inverse_brown_conrady")
+        own.refuse_value("model", "gives rays of pixels, and \"brown\" pixels of rays; write the rays into an image "
+                                  "(\"lens\": {\"rays\": FILE})");
     const auto law = own.one_of<std::optional<LensLaw>>("model", {known(brown),
                                                                   known(equidistant),
                                                                   known(equisolid),

@@ -66,6 +66,20 @@ std::vector<std::string> radius_doubts(const Subject& subject, double radius) {
         return {text("the radius of ", number(radius), " is larger than all that most pixels see: ", range_of(look),
                      ", and the view is ", number(pixel * camera.width, 2),
                      " wide in their middle; is it in scene units?")};
+    if (camera.lens && camera.lens->law != LensLaw::brown) {
+        constexpr double most = 2, some = 0.05; // distances, and the part of the pixels that may be nearer
+        const auto near = depths.begin() + static_cast<std::ptrdiff_t>(some * static_cast<double>(depths.size()));
+        std::ranges::nth_element(depths, near);
+        const double at_most = most * static_cast<double>(*near);
+        if (radius > at_most)
+            return {text("the radius of ", number(radius), " is more than twice the distance of ",
+                         percent(static_cast<std::size_t>(std::ranges::count_if(
+                                     depths, [&](float z) { return radius > most * static_cast<double>(z); })),
+                                 depths.size()),
+                         " of the pixels, and reaches beyond what the pinholes see that ssao cuts a lens's image into; "
+                         "their visibility is too large. Give ",
+                         number(0.95 * at_most, 2), " or less")};
+    }
     return {};
 }
 

@@ -14,6 +14,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
+#include <mutex>
 #include <numbers>
 #include <span>
 
@@ -26,6 +28,26 @@ const char* to_string(LensLaw law) {
     static_assert(std::size(names) == static_cast<std::size_t>(LensLaw::rays) + 1);
     return names[static_cast<std::size_t>(law)];
 }
+
+namespace {
+
+// A map that somebody still has is shared: what a device reads of it is made once, though each frame of a shot reads its file again.
+std::shared_ptr<const RayMap> shared_map(RayMap map) {
+    static std::mutex mutex;
+    static std::vector<std::weak_ptr<const RayMap>> alive;
+    const std::scoped_lock lock(mutex);
+    std::erase_if(alive, [](const auto& each) { return each.expired(); });
+    for (const auto& each : alive)
+        if (const auto known = each.lock();
+            known && known->width == map.width && known->height == map.height &&
+            std::memcmp(known->rays.data(), map.rays.data(), map.rays.size() * sizeof(float)) == 0)
+            return known;
+    auto made = std::make_shared<const RayMap>(std::move(map));
+    alive.push_back(made);
+    return made;
+}
+
+} // namespace
 
 LensModel lens_of_rays(RayMap map) {
     require(map.width > 0 && map.height > 0 &&
@@ -41,12 +63,7 @@ LensModel lens_of_rays(RayMap map) {
     require(has_ray, "the map of rays has no ray: all are 0 or not finite");
     require(is_ahead, "no ray of the map points ahead: its axes are x right, y down and z ahead; turn the signs of y "
                       "and z of a map in OpenGL's axes");
-    return {.law = LensLaw::rays,
-            .fx = 1,
-            .fy = 1,
-            .cx = 0,
-            .cy = 0,
-            .map = std::make_shared<const RayMap>(std::move(map))};
+    return {.law = LensLaw::rays, .fx = 1, .fy = 1, .cx = 0, .cy = 0, .map = shared_map(std::move(map))};
 }
 
 namespace lens {
@@ -74,12 +91,15 @@ std::vector<const char*> coefficient_names(LensLaw law) {
 void check(const LensModel& model) {
     const std::string name = to_string(model.law);
     const std::size_t count = model.k.size(), most = coefficient_names(model.law).size();
+    std::string names;
+    for (const char* each : coefficient_names(model.law))
+        names += (names.empty() ? ": " : " ") + std::string(each);
     if (model.law == LensLaw::brown)
         require(count == 4 || count == 5 || count == 8 || count == 12, "the lens ", name, " has ", count,
-                " coefficients; it takes 4, 5, 8 or 12: k1 k2 p1 p2 k3 k4 k5 k6 s1 s2 s3 s4");
+                " coefficients; it takes 4, 5, 8 or 12", names);
     else
         require(count == most, "the lens ", name, " has ", count, " coefficients; it takes ", most,
-                model.law == LensLaw::equidistant ? ", and what ROS and Kalibr call so is opencv-fisheye" : "");
+                model.law == LensLaw::equidistant ? ", and what ROS and Kalibr call so is opencv-fisheye" : names);
     for (const double each : model.k)
         require(std::isfinite(each), "a coefficient of the lens ", name, " is ", each, "; it must be finite");
     for (const auto& [key, value] : {std::pair{"fx", model.fx}, {"fy", model.fy}})

@@ -4,6 +4,7 @@
 #include "pipes.hpp"
 #include "results.hpp"
 
+#include "camera/form.hpp"
 #include "io/exr/depth_channels.hpp"
 #include "io/floats_on_host.hpp"
 #include "io/formats.hpp"
@@ -37,8 +38,10 @@ Camera camera_of(const CameraFile& file, const Windows& windows, const std::opti
     return has_overscan(windows) ? cropped(camera, part.x, part.y, part.width, part.height) : camera;
 }
 
+// As a lens focuses: along the view axis, or along the ray where that axis means little.
 cv::Mat distances(const StoredDepth& stored) {
-    return floats_on_host(stored.image, 1, [&](const Image& z) { linearize(stored, z); });
+    const Along along = has_plane_in_focus(stored.camera) ? Along::axis : Along::ray;
+    return floats_on_host(stored.image, 1, [&](const Image& z) { linearize(stored, z, {.as = along}); });
 }
 
 // Overscan is computed, too, unless a file beside the depth cannot hold it.
@@ -68,10 +71,10 @@ std::vector<std::string> page_doubts(const std::filesystem::path& file) {
                         pages)};
 }
 
-Held held(const std::string& channel, const Look& look) {
+Held held(const std::string& channel, const Look& look, const Camera& camera) {
     const auto end = [&](float z) { return look.surfaces() > 0 ? json_number(z) : nlohmann::ordered_json(); };
     return {channel,
-            in_words(look),
+            in_words(look, has_plane_in_focus(camera) ? "z" : "distance"),
             {{"nearest", end(look.nearest)},
              {"farthest", end(look.farthest)},
              {"background", look.background},
@@ -325,7 +328,7 @@ void Steps::find_doubts(Work& work) const {
         work.value_doubts = work.relative->doubts;
         return;
     }
-    work.held = held(work.depth.channel, work.subject.look);
+    work.held = held(work.depth.channel, work.subject.look, work.seen);
     work.value_doubts = doubts(work.subject);
     if (const auto refused = refusal(work.subject))
         throw Error(work.invalid && work.subject.look.invalid == work.subject.look.pixels ? nothing_left(options_)

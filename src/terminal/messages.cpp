@@ -99,9 +99,9 @@ std::string one_of(const std::vector<std::string>& names) {
     return description::in_words(names);
 }
 
-std::string in_words(const Look& look) {
+std::string in_words(const Look& look, const char* depth) {
     std::string text =
-        look.surfaces() == 0 ? "no surface" : fmt::format("z {:.4g} to {:.4g}", look.nearest, look.farthest);
+        look.surfaces() == 0 ? "no surface" : fmt::format("{} {:.4g} to {:.4g}", depth, look.nearest, look.farthest);
     if (look.background > 0)
         text += fmt::format(", {} background", percent(look.background, look.pixels));
     return text + ", " + invalid_in_words(look.invalid, look.pixels);

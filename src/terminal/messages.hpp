@@ -43,7 +43,7 @@ std::string nearest(std::string_view name, const std::vector<std::string>& known
 std::string one_of(const std::vector<std::string>& names);
 
 /// "z 0.5 to 12, 3 % background, 96 of 9600 pixels invalid (1 %)": for the line about a result.
-std::string in_words(const Look& look);
+std::string in_words(const Look& look, const char* depth);
 
 /// The end of it.
 std::string invalid_in_words(std::size_t invalid, std::size_t pixels);

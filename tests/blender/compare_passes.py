@@ -23,6 +23,8 @@ POSITION_ERROR = 1e-5
 POSITION_FRACTION = 0.999
 # The others may be anywhere in their pixel: as far as half its diagonal, at their depth.
 FOOTPRINT = 0.5
+# A direction may be off by this: the width of the filter in which Cycles puts its ray.
+LENS_PIXELS = 0.01
 # Blender's roundings of a hit, as in test_real_inputs.cpp.
 ROUNDINGS = 16
 # Cycles hits the lamp some 10 000 times. Their variance then has a standard deviation of 1 %, its root half of that.
@@ -293,6 +295,62 @@ def check_backs():
               f"backs: frame {number}, {here.sum()} of {cube.sum()} pixels of cubes end, 99.9 % within {error:.1e}")
 
 
+def lens_of(kind, data, width, height):
+    """The lens that Cycles' panoramic camera has, for a camera file."""
+    cycles = data.cycles
+    if kind == "EQUIRECTANGULAR":
+        ends = [(math.degrees(low), math.degrees(high)) for low, high in (
+            (cycles.longitude_min, cycles.longitude_max), (cycles.latitude_min, cycles.latitude_max))]
+        return {"lens": {"model": "equirectangular", "longitude_deg": ends[0], "latitude_deg": ends[1]}}
+    middle = {"cx": width / 2, "cy": height / 2}
+    if kind == "FISHEYE_EQUIDISTANT":  # the circle fills the frame
+        return {"lens": {"model": "equidistant"},
+                "intrinsics": {"fx": width / cycles.fisheye_fov, "fy": height / cycles.fisheye_fov, **middle}}
+    pixels_per_mm = width / data.sensor_width
+    if kind == "FISHEYE_EQUISOLID":
+        focal = cycles.fisheye_lens * pixels_per_mm
+        return {"lens": {"model": "equisolid"}, "intrinsics": {"fx": focal, "fy": focal, **middle}}
+    k = [getattr(cycles, f"fisheye_polynomial_k{i}") for i in range(5)]
+    return {"lens": {"model": "blender-polynomial", "k": k},
+            "intrinsics": {"fx": pixels_per_mm, "fy": pixels_per_mm, **middle}}
+
+
+def check_panoramas():
+    """Depth of a panoramic camera counts along rays, and those are the lens's."""
+    for kind, (width, height) in (("EQUIRECTANGULAR", (640, 320)), ("FISHEYE_EQUIDISTANT", (400, 400)),
+                                  ("FISHEYE_EQUISOLID", (480, 320)), ("FISHEYE_LENS_POLYNOMIAL", (480, 320))):
+        scene, camera = build_world()
+        pose(camera, (0.5, -3, 1.9), 1.25, 0.3)
+        scene.render.resolution_x, scene.render.resolution_y = width, height
+        camera.data.type, camera.data.cycles.panorama_type = "PANO", kind
+        camera.data.cycles.fisheye_fov = math.radians(200)
+        if kind == "FISHEYE_LENS_POLYNOMIAL":
+            camera.data.cycles.fisheye_polynomial_k0 = 0  # a lens that has a ray on its axis
+        stem = os.path.join(FOLDER, kind.lower())
+        render(scene, stem)
+        bpy.context.view_layer.update()
+        keys = {"width": width, "height": height, "view": export_camera.view(camera), "encoding": "ray-distance",
+                "background_from": 1e10, **lens_of(kind, camera.data, width, height)}
+        with open(f"{stem}.json", "w", encoding="utf-8") as file:
+            json.dump(keys, file)
+        layers = {name.split(".", 1)[1]: values.astype(float) for name, values in read_exr(f"{stem}.0001.exr").items()}
+        theirs = np.stack([layers[f"Position.{axis}"] for axis in "XYZ"], -1)
+        ours = fathom("unproject", f"{stem}.0001.exr", f"{stem}.json", "--space", "world")
+        place = np.array(camera.matrix_world.translation)
+        distance, way = np.linalg.norm(theirs - place, axis=-1), ours - place
+        # Cycles draws nothing outside the circle of a fisheye, and the angle that it ends at.
+        seen = (layers["Depth.Z"] < 1e10) & (distance > 0) & (layers["Depth.Z"] > 0)
+        length = np.linalg.norm(way, axis=-1)
+        off = np.abs(length / distance - 1)[seen] / (1 + np.linalg.norm(place) / distance[seen])
+        angle = np.linalg.norm(way / length[..., None] - (theirs - place) / distance[..., None], axis=-1)
+        apart = np.linalg.norm(np.diff(way / length[..., None], axis=1), axis=-1)
+        pixels = angle[seen] / np.median(apart[np.isfinite(apart)])
+        check(seen.mean() > 0.3 and np.isfinite(length[seen]).all() and off.max() <= ROUNDINGS * 2.0 ** -24
+              and np.quantile(pixels, POSITION_FRACTION) <= LENS_PIXELS,
+              f"{kind}: {seen.mean():.0%} of the pixels, distances within {off.max() * 2.0 ** 24:.1f} roundings, 99.9 % of the "
+              f"directions within {np.quantile(pixels, POSITION_FRACTION):.4f} of a pixel, all within {pixels.max():.4f}")
+
+
 def refused(text, *arguments):
     """Does the export raise this, and leave nothing behind?"""
     output = os.path.join(FOLDER, "refused.%04d.json")
@@ -496,6 +554,7 @@ def check_opens(exr, camera):
 for scene_of in (perspective, orthographic, region):
     compare_scene(scene_of)
 check_backs()
+check_panoramas()
 check_opens(*(os.path.join(FOLDER, f"perspective.0001.{end}") for end in ("exr", "json")))
 check_refusals()
 check_lens()

@@ -1,7 +1,7 @@
 // What one device makes of every operation: does it give the bits of another device, how fast is it, and how long does its
 // driver compile?
 //   device_report results FILE [SCENES [LARGEST]]
-//                                         writes every result of 20 scenes, or fewer, and of all ways to store depth
+//                                         writes every result of 20 scenes, or fewer, of all ways to store depth, and through lenses
 //   device_report compare FILE REFERENCE  compares two such files
 //   device_report times [WIDTH HEIGHT]    times each operation against a copy of the depth image
 // Each prints lines of fields with tabs between them. The environment chooses: DEVICE names the device, the CPU without it;
@@ -86,7 +86,80 @@ const Stored ways_to_store[] = {
     {Encoding::window, Storage::bgr8_red_high},
     {Encoding::view_z, Storage::uint16},
 };
-constexpr int main_scenes = 20;
+constexpr int main_scenes = 20, straight_scenes = main_scenes + static_cast<int>(std::size(ways_to_store));
+
+/// A lens, and along what depth counts through it. The numbers are those of an image of this size.
+struct Lensed {
+    LensModel model;
+    int width, height;
+    Along along = Along::ray;
+    Encoding encoding = Encoding::view_z;
+    ViewAxes axes = ViewAxes::opencv;
+    Storage storage = Storage::float32;
+};
+
+/// A lens without a name: its rays are the same bits on every host, since nothing but a square root makes them.
+LensModel map_of_rays(int width, int height) {
+    RayMap map{width, height, {}};
+    for (int y = 0; y < height; ++y)
+        for (int x = 0; x < width; ++x) {
+            const double right = (x + 0.5 - width / 2.0) / 60, down = (y + 0.5 - height / 2.0) / 60,
+                         squeezed = 1 - (right * right + down * down) / 8,
+                         length = std::sqrt(right * right + down * down + squeezed * squeezed);
+            const bool none = right * right + down * down > 2;
+            for (const double part : {right, down, squeezed})
+                map.rays.push_back(none ? std::numeric_limits<float>::quiet_NaN() : static_cast<float>(part / length));
+        }
+    return lens_of_rays(std::move(map));
+}
+
+std::vector<Lensed> lenses() {
+    using enum LensLaw;
+    return {
+        {{brown, 100, 101, 80, 60, {-0.35, 0.13, 1e-3, -5e-4, 0.01}}, 161, 121, Along::axis, Encoding::window},
+        {{brown, 101, 101, 65.5, 66.75, {5.6, 3.6, 7e-5, -9e-5, 0.19, 5.9, 5.4, 1}},
+         128,
+         115,
+         Along::axis,
+         Encoding::view_z,
+         ViewAxes::opencv,
+         Storage::uint16},
+        {{brown, 100, 101, 96, 54, {-0.1, 0.02, 1e-3, -5e-4, 0, 0, 0, 0, 1e-3, 2e-4, -1e-3, 1e-4}},
+         191,
+         107,
+         Along::ray,
+         Encoding::ray_distance,
+         ViewAxes::directx},
+        {{brown, 80, 80, 77, 43, {-0.3, 0.1, 1e-3, -5e-4, -0.02}}, 153, 86, Along::axis},                // with a fold
+        {{brown, 160, 161, 80, 60, {-0.1, 0.02, 1e-3, -5e-4}}, 161, 121, Along::axis, Encoding::window}, // dof takes it
+        {{opencv_fisheye, 48, 48.5, 80, 79.5, {0.05, -0.01, 0.002, -3e-4}}, 161, 160, Along::axis},
+        {{opencv_fisheye, 48, 48.5, 80, 79.5, {0.05, -0.03, 0, 0}},
+         160,
+         159,
+         Along::cube,
+         Encoding::view_z,
+         ViewAxes::opengl},
+        {{equidistant, 50, 50, 96, 54}, 191, 108},
+        {{equisolid, 57, 57, 80.5, 80.5}, 161, 161, Along::ray, Encoding::inverse},
+        {{stereographic, 40, 40, 96, 54}, 192, 108, Along::ray, Encoding::linear},
+        {{double_sphere, 54, 54, 80, 80, {-0.2, 0.6}}, 161, 159, Along::cube},
+        {{blender_polynomial, 5.3, 5.3, 96, 54, {0, -0.0919, -0.0019, -0.00017, 0}},
+         192,
+         108,
+         Along::ray,
+         Encoding::ray_distance,
+         ViewAxes::opengl},
+        {{equirectangular, 206 / 6.283185307179586, 103 / 3.141592653589793, 103, 51.5},
+         206,
+         103,
+         Along::ray,
+         Encoding::ray_distance,
+         ViewAxes::opengl},
+        {{equirectangular, 80, 84, -20, 100}, 140, 60, Along::cube},
+        {map_of_rays(161, 121), 161, 121, Along::ray, Encoding::ray_distance},
+        {map_of_rays(130, 97), 130, 97, Along::axis},
+    };
+}
 
 template <typename T>
 void append(std::vector<std::uint8_t>& bytes, T value) {
@@ -188,12 +261,25 @@ void append_color(Scene& scene, int level) {
     }
 }
 
+/// The scene is seen through a lens. A smaller image is the middle of the lens's.
+void look_through(Scene& scene, const Lensed& lensed) {
+    Camera& camera = scene.camera;
+    camera.projection = perspective(1.0, 1.0, {near_plane, far_plane}, {.view_axes = lensed.axes});
+    camera.lens = lensed.model;
+    camera.lens->cx -= (lensed.width - camera.width) / 2;
+    camera.lens->cy -= (lensed.height - camera.height) / 2;
+    camera.encoding = lensed.encoding;
+    if (camera.encoding != Encoding::ray_distance)
+        camera.along = lensed.along;
+    scene.storage = lensed.storage;
+}
+
 /// `boxes`: does something stand before the slopes?
 Scene scene(int index, int width, int height, bool boxes = true) {
     Scene made;
     Camera& camera = made.camera;
-    const bool main = index < main_scenes;
-    const Stored way = main ? Stored{} : ways_to_store[index - main_scenes];
+    const bool main = index < main_scenes, straight = index < straight_scenes;
+    const Stored way = main || !straight ? Stored{} : ways_to_store[index - main_scenes];
     camera.projection = projection_of(main && index % 7 < 4 ? index % 7 : 0, double(width) / height);
     camera.width = width;
     camera.height = height;
@@ -213,6 +299,8 @@ Scene scene(int index, int width, int height, bool boxes = true) {
     if (main && index % 7 == 6)
         camera.encoding = Encoding::logarithmic;
     made.storage = way.storage;
+    if (!straight)
+        look_through(made, lenses().at(static_cast<std::size_t>(index - straight_scenes)));
     if (main && index % 3 == 2 && camera.encoding == Encoding::window)
         made.storage = Storage::uint16;
     const bool floats = made.storage == Storage::float32 || made.storage == Storage::float16;
@@ -291,6 +379,7 @@ std::map<std::string, Values> results_of(const Device& device, int index, const 
     const std::vector<float> constant(static_cast<std::size_t>(width) * static_cast<std::size_t>(height), 0.375f);
     const Space space = index % 2 == 1 ? Space::world : Space::view;
     const int channels = index / 2 % 2 == 1 ? 4 : 3;
+    const bool straight = !scene.camera.lens;
     std::map<std::string, Values> all;
     const auto run = [&](const char* name, const auto& images) {
         compile_for(name);
@@ -314,7 +403,7 @@ std::map<std::string, Values> results_of(const Device& device, int index, const 
             .sampling = Sampling{.quality = quality}, .bent_normal = index % 2 == 1, .confidence = index % 4 == 1};
         const Occlusion open = ssao(depth, 0.75, options);
         options.falloff = index % 3 == 0 ? 0.25 : 0;
-        options.border = index % 3 == 1 ? Border::clamp : Border::open;
+        options.border = index % 3 == 1 && straight ? Border::clamp : Border::open;
         std::get<Sampling>(options.sampling).half_resolution = index % 3 == 2;
         options.normals_space = space;
         switch (index % 5) {
@@ -341,14 +430,17 @@ std::map<std::string, Values> results_of(const Device& device, int index, const 
         const DofMasks masks = dof_masks(depth, lens,
                                          {.near_weight = true,
                                           .far_weight = true,
-                                          .max_near_coc = true,
-                                          .near_alpha = true,
-                                          .disocclusion = true,
-                                          .mixed_pixels = true});
+                                          .max_near_coc = straight,
+                                          .near_alpha = straight,
+                                          .disocclusion = straight,
+                                          .mixed_pixels = straight});
         return Images{masks.coc,        masks.near_weight,  masks.far_weight,  masks.max_near_coc,
                       masks.near_alpha, masks.disocclusion, masks.mixed_pixels};
     });
     run("dof", [&] {
+        if (!straight &&
+            (scene.camera.lens->law != LensLaw::brown || circle_deformation(scene.camera) > dof_shape_error))
+            return Images{};
         const Aperture apertures[] = {
             {}, {.blades = 6, .rotation_degrees = 15}, {.rotation_degrees = 30, .ratio = 0.5}};
         DofOptions options{.aperture = apertures[index / 2 % 3], .quality = quality};
@@ -381,10 +473,18 @@ void add_bands(std::map<std::string, Values>& all, const Device& banded, const S
 void write_results(const Device& device, const Device& banded, const std::string& path, int scenes, int largest) {
     std::ofstream file(path, std::ios::binary);
     std::mt19937 random(7);
-    for (int index = 0; index < main_scenes + static_cast<int>(std::size(ways_to_store)); ++index) {
+    const std::vector<Lensed> through = lenses();
+    for (int index = 0; index < straight_scenes + static_cast<int>(through.size()); ++index) {
         const unsigned columns = index < main_scenes ? 161 : 40, rows = index < main_scenes ? 121 : 30;
-        const int width = std::min(largest, index == 0 ? 161 : 1 + static_cast<int>(random() % columns)),
-                  height = std::min(largest, index == 0 ? 121 : 1 + static_cast<int>(random() % rows));
+        int width = index == 0 ? 161 : 1 + static_cast<int>(random() % columns),
+            height = index == 0 ? 121 : 1 + static_cast<int>(random() % rows);
+        if (index >= straight_scenes) {
+            const Lensed& lensed = through[static_cast<std::size_t>(index - straight_scenes)];
+            width = lensed.width;
+            height = lensed.height;
+        }
+        width = std::min(largest, width);
+        height = std::min(largest, height);
         if (index >= scenes && index < main_scenes)
             continue;
         auto all = results_of(device, index, scene(index, width, height));
@@ -463,14 +563,15 @@ bool within_class(const std::string& operation, const Differences& found) {
 
 void compare(const std::string& path, const std::string& reference) {
     const auto found = read_results(path), right = read_results(reference);
-    std::map<std::string, Differences> all;
+    std::map<std::string, Differences> all,
+        through_lenses; // for which no bounds are stated where devices are not exact
     if (found.size() != right.size())
         throw Error(path + " and " + reference + " have another number of results");
     for (std::size_t i = 0; i < found.size(); ++i) {
         if (found[i].name != right[i].name || found[i].scene != right[i].scene ||
             found[i].values.numbers.size() != right[i].values.numbers.size())
             throw Error(path + " and " + reference + " are of different scenes");
-        Differences& so_far = all[found[i].name];
+        Differences& so_far = (found[i].scene[0] < straight_scenes ? all : through_lenses)[found[i].name];
         so_far.values += found[i].values.numbers.size();
         for (std::size_t k = 0; k < found[i].values.numbers.size(); ++k) {
             const float a = found[i].values.numbers[k], b = right[i].values.numbers[k];
@@ -490,9 +591,14 @@ void compare(const std::string& path, const std::string& reference) {
             so_far.largest = std::max(so_far.largest, difference - found[i].values.step);
         }
     }
+    const auto print = [](const char* kind, const std::string& name, const Differences& d, const char* verdict) {
+        std::cout << kind << '\t' << name << '\t' << d.values << '\t' << d.different << '\t' << d.unequal << '\t'
+                  << d.ulp << '\t' << d.largest << '\t' << verdict << '\n';
+    };
     for (const auto& [name, d] : all)
-        std::cout << "bits\t" << name << '\t' << d.values << '\t' << d.different << '\t' << d.unequal << '\t' << d.ulp
-                  << '\t' << d.largest << '\t' << (within_class(name, d) ? "within" : "beyond") << '\n';
+        print("bits", name, d, within_class(name, d) ? "within" : "beyond");
+    for (const auto& [name, d] : through_lenses)
+        print("lens", name, d, "");
 }
 
 /// The median of several runs, in seconds. The first one compiles and is not counted.
