@@ -37,7 +37,7 @@ def settings_of(name):
     properties, options = {}, {}
     for option in DESCRIBED[name]["options"]:
         key, made = option["name"], property_of(option)
-        if made is None or key in ("alpha", "normals_space"):  # which Blender's files answer
+        if made is None or {key, *option["needs"]} & {"alpha", "normals_space", "relative"}:  # which Blender's files answer
             continue
         key += f"_{option['kind']}" if key in options else ""
         options[key], properties[key] = option, made

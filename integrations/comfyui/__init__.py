@@ -75,12 +75,10 @@ def codes_of(image, light, made):  # in the memory of the light
 
 def relative_depth(depth, given):
     """Depth as its file has it: of 8 bits ComfyUI makes floats. Floats of a batch have one range, as those of a shot."""
-    few = depth[:, ::8, ::8, :3].nan_to_num()
-    if (few != few[..., :1]).any():
-        raise ValueError("depth: has colours, in which its order is lost; give the grey depth")
-    if all(torch.equal((each * 255).round().clamp(0, 255) / 255, each) for each in (few, depth[..., :1])):
+    if "relative_range" not in given and all(
+            torch.equal((each * 255).round().clamp(0, 255) / 255, each) for each in (depth[:, ::8, ::8, :1], depth[..., :1])):
         return (depth[..., :1] * 255).round().to(torch.uint8)
-    known = depth[depth.isfinite()] if len(depth) > 1 else few[:0]
+    known = depth[depth.isfinite()] if len(depth) > 1 else depth[:0]
     if len(known) and known.min() < known.max():
         given.setdefault("relative_range", (known.min().item(), known.max().item()))
     return depth
@@ -94,12 +92,14 @@ class Node:
             images = {key: each.cpu().float() for key, each in given.items() if isinstance(each, torch.Tensor)}
             values = {name: value_of(given[key]) for key, (name, none) in self.settings.items()
                       if key in given and key not in images and given[key] != none}
+            if images["depth"][:, ::8, ::8, :3].nan_to_num().diff().any():
+                raise ValueError("depth: has colours, in which its order is lost; give the grey depth")
             if "relative" in values:
                 camera, images["depth"] = None, relative_depth(images["depth"], values)
             else:
                 camera = fathom.Camera.from_json(camera) if camera else fathom.Camera(
                     encoding="view-z", fov_x_deg=fov_x_deg, scale=scale, background_from="largest-half")
-            count, made = max(map(len, images.values())), []
+            count, made = max(1, *map(len, images.values())), []
             for key, each in images.items():
                 if len(each) not in (1, count):
                     raise ValueError(f"{key}: {len(each)} images, but another input has {count}; give as many, or one for all")

@@ -29,7 +29,7 @@ def _driver() -> str | None:
 
 def _prefer_own(folder: str) -> None:
     """A library of the same name that somebody has loaded, as numba does with a system's TBB, would be taken for the driver's."""
-    with open("/proc/self/maps", encoding="utf-8") as maps:
+    with open("/proc/self/maps", encoding="utf-8", errors="surrogateescape") as maps:
         loaded = {line.split(maxsplit=5)[5].strip() for line in maps if ".so" in line}
     for name in ("libintlc.so.5", "libimf.so", "libsvml.so", "libtbb.so.12"):
         if any(os.path.basename(file).startswith(name) and os.path.dirname(file) != folder for file in loaded):

@@ -176,6 +176,10 @@ def check_relative(module):
     made, = node("CameraBlur", image=image, depth=torch.full_like(depth, 0.3), focus_at="30,40", **blur)
     check(torch.equal(made, image), "CameraBlur: so has depth of one value")
 
+    bytes_of = (depth * 255).round() / 255
+    whole, none = (node("CameraBlur", image=image, depth=bytes_of, focus_at="30,40", relative_range=each, **blur)[0] for each in ("0,1", ""))
+    check(torch.allclose(whole, none, atol=0.05) and not torch.equal(whole, image), "CameraBlur: a range counts from 0 to 1 for depth of bytes, too")
+
     # A batch of floats has the range of all of it, as the program's shot has.
     frames = [scene(90, 160, 0.1 * i) for i in range(2)]
     depths = torch.cat([frames[0][1], 3 * frames[1][1] + 1])
@@ -260,6 +264,8 @@ def check_mistakes():
     refused(["focus_range and focus_at exclude each other"], "CameraBlur", **blur, focus_at="1,2", focus_range="0.2,0.3")
     refused(["focus_at", "64 x 36"], "CameraBlur", **blur, focus_at="100,2")
     refused(["colours", "grey"], "CameraBlur", **blur | {"depth": image})
+    refused(["colours", "grey"], "Fog", image=image, depth=image, fov_x_deg=60.0, density=0.1)
+    refused(["image", "0 images"], "CameraBlur", **blur | {"image": image[:0], "depth": depth[:0]})
     refused(["1 channels", "alpha"], "CameraBlur", **blur | {"image": image[..., :1]})
     refused(["image: 2 images", "another input has 3"], "CameraBlur", **blur | {"depth": torch.cat([depth] * 3), "image": torch.cat([image] * 2)})
     refused(["high-is-near", "'up'"], "CameraBlur", **blur | {"relative": "up"})
