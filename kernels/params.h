@@ -193,8 +193,9 @@ typedef struct {
     u32 stride;         // elements from row to row of it
     u32 x, y;           // the target's first pixel in the depth
     u32 depth_offset;   // of the face's depth
+    float least_ahead;  // of a unit ray that the face has computed
 } from_face_params;
-PARAMS(from_face_params, 76)
+PARAMS(from_face_params, 80)
 
 // Of the blocks of a face's whole image.
 typedef struct {

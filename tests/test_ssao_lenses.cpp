@@ -551,6 +551,38 @@ TEST_CASE("ssao lenses: every vector width, group and region has the same bits",
     }
 }
 
+// Where rays turn fast, at folds and at the rims of fisheyes, and in the corners of rooms.
+TEST_CASE("ssao lenses: every vector width has the same bits where rays end", "[ssao][lens]") {
+    const struct {
+        LensModel model;
+        int width, height;
+    } cases[] = {
+        {{LensLaw::brown, 144, 144, 160, 90, {-0.35, 0.13, 1e-3, -5e-4}}, 320, 180},
+        {{LensLaw::brown, 200, 200, 160.5, 120.5, {-0.3, 0.1, 1e-3, -5e-4, -0.02}}, 321, 241},
+        {{LensLaw::double_sphere, 80, 80, 160, 90, {-0.2, 0.6}}, 320, 180},
+        {{LensLaw::equisolid, 39.5, 39.5, 80, 80}, 160, 160},
+        {{LensLaw::equisolid, 74, 74, 150, 150}, 300, 300},
+    };
+    const SsaoOptions options{.bent_normal = true, .confidence = true};
+    for (const auto& [model, width, height] : cases) {
+        CAPTURE(model.fx, width);
+        Camera camera = panorama(width);
+        camera.width = width;
+        camera.height = height;
+        camera.lens = model;
+        const std::vector<float> depth = seen_by(scene::room(), camera).depth;
+        const auto results = [&](int vector_width) {
+            return results_of(ssao(depth_of(test_device({.vector_width = vector_width}), camera, depth), 0.5, options));
+        };
+        const auto expected = results(16);
+        for (const int vector_width : {1, 4, 8, 16, 16}) {
+            const auto found = results(vector_width);
+            for (std::size_t i = 0; i < found.size(); ++i)
+                CHECK(images::same_bits(found[i], expected[i]));
+        }
+    }
+}
+
 TEST_CASE("ssao lenses: thickness, a second layer and normals count through a lens", "[ssao][lens]") {
     const Room room;
     const Device device = test_device();

@@ -41,7 +41,7 @@ INLINE placesV places_on_face(__global const float* places, const face_params* p
     floatV part[3]; // right, down, ahead
     for (int i = 0; i < 3; ++i)
         part[i] = fma(u[0], (floatV)from->unit[0][i], fma(u[1], (floatV)from->unit[1][i], u[2] * from->unit[2][i]));
-    const floatV scale = 1.0f / (part[2] * p->pixel);
+    const floatV scale = select((floatV)NAN, 1.0f / (part[2] * p->pixel), part[2] > from->least_ahead);
     return (placesV){select(found.x, part[0] * scale, none), select(found.y, part[1] * scale, none)};
 }
 
@@ -75,6 +75,7 @@ KERNEL void from_face(__global const float* planes, __global const float* depth,
     if (x >= grid.x_end)
         return;
     const placesV place = places_on_face(places, &p, &from, grid.pixel_x + x, grid.pixel_y + y LENS_VALUES);
+    const intV looked_at = !isnan(place.x); // a ray from aside has no result
     // Pixels of the face, from the middle of its first one.
     const floatV column = clamp(place.x - p.first[0], (floatV)(float)from.first_column, (floatV)(float)from.last_column);
     const floatV row = clamp(place.y - p.first[1], (floatV)(float)from.first_row, (floatV)(float)from.last_row);
@@ -123,7 +124,7 @@ KERNEL void from_face(__global const float* planes, __global const float* depth,
             expected = select(expected, on_face(&p, &plane, its_x, its_y), bent);
         bilinear[k] = (k & 1 ? s : 1.0f - s) * (k >> 1 ? t : 1.0f - t);
         const floatV off = fabs(expected - seen[k]) * inverse;
-        offs[k] = select((floatV)INFINITY, off, (off < INFINITY) & (seen[k] > 0.0f));
+        offs[k] = select((floatV)INFINITY, off, (off < INFINITY) & (seen[k] > 0.0f) & looked_at);
         const floatV weight = bilinear[k] * max(1.0f - offs[k], 0.0f);
         whole += weight;
         for (int c = 0; c < CHANNELS; ++c)

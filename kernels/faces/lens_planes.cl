@@ -87,7 +87,10 @@ INLINE void lens_plane(__global const float* depth, __global const float* normal
             }
             if (pass == 1)
                 break;
-            b = bend_of(ray, q, right, down);
+            const bend all = bend_of(ray, q, right, down);
+            // Only theirs: creases are looked for in the same values, whatever the vector's other pixels need.
+            b.xx = select(b.xx, all.xx, bends), b.xxx = select(b.xxx, all.xxx, bends);
+            b.yy = select(b.yy, all.yy, bends), b.yyy = select(b.yyy, all.yyy, bends);
             row_of(&w, 0, &b, across);
             column_of(&w, 0, &b, along);
             right = select(right, slope_of(across, q, step, tolerance), bends);

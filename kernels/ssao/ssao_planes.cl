@@ -172,7 +172,7 @@ KERNEL void ssao_planes(__global const float* depth, __global const float* extra
                                          fabs(neighbours_at(depth, &pixels, ix - 1, iy - 1) - q + (to_left + to_above)));
             const floatV apart = fmin(fabs(neighbours_at(depth, &pixels, ix + 1, iy - 1) - q - (to_right - to_above)),
                                       fabs(neighbours_at(depth, &pixels, ix - 1, iy + 1) - q + (to_left - below)));
-            const intV same = (together < apart) | ~(folded_across & folded_along);
+            const intV same = (together < apart) | !(folded_across & folded_along);
             const floatV of_right = select(to_above, below, same), of_left = select(below, to_above, same);
             const floatV steep_right = fma(to_right, to_right, of_right * of_right);
             const floatV steep_left = fma(to_left, to_left, of_left * of_left);

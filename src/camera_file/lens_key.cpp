@@ -18,6 +18,8 @@ std::vector<double> ends_of(const JsonObject& own, const char* key, double most)
         ends[0] += beyond / 2;
         ends[1] = ends[0] + most;
     }
+    if (most == 180 && !(ends[0] >= -90 - rounding && ends[1] <= 90 + rounding))
+        own.refuse_value(key, "must be from -90 to 90, the poles; 0 is the horizon");
     return ends;
 }
 

@@ -22,13 +22,12 @@ namespace {
 
 using Vector = Eigen::Vector3d;
 
-constexpr int unit = 16;            // pixels that blocks and parts of faces are multiples of
-constexpr double steepest = 50;     // degrees from a face's axis to the rays of its block
-constexpr double outermost = 75;    // degrees to the end of a face's image
-constexpr double most_pixels = 1.4; // of a face, over those of its block that have rays
-constexpr int places = 64;          // in a row and a column of a block that are looked at
-constexpr int around = 4;           // pixels around a block's rays in the face: of the interpolation and the filter
-constexpr double least_part_ahead = 0.05; // of a ray before a face
+constexpr int unit = 16;              // pixels that blocks and parts of faces are multiples of
+constexpr double steepest = 50;       // degrees from a face's axis to the rays of its block
+constexpr double outermost = 75;      // degrees to the end of a face's image
+constexpr double most_pixels = 1.4;   // of a face, over those of its block that have rays
+constexpr int places = 64;            // in a row and a column of a block that are looked at
+constexpr int around = 4;             // pixels around a block's rays in the face: of the interpolation and the filter
 constexpr int besides = 12;           // pixels around them where blocks pass over into each other, and of the filter
 constexpr int columns_at_once = 64;   // of ssao, from multiples of it on: as wide as its blocks
 constexpr double nearest_pixel = 0.2; // that a position may be off, in pixels of the face
@@ -280,16 +279,10 @@ std::vector<FaceTile> tiles_of(const CameraLens& lens, const Face& face) {
             for (const int y : {top, (top + bottom) / 2, bottom - 1})
                 for (const int x : {left, (left + right) / 2, right - 1})
                     look(x, y);
-            if (!all) { // where rays end, all around the tile
-                for (int x = left; x < right; ++x) {
-                    look(x, top);
-                    look(x, bottom - 1);
-                }
-                for (int y = top; y < bottom; ++y) {
-                    look(left, y);
-                    look(right - 1, y);
-                }
-            }
+            if (!all) // where rays end, they may turn without end
+                for (int y = top; y < bottom; ++y)
+                    for (int x = left; x < right; ++x)
+                        look(x, y);
             if (tile.left <= tile.right)
                 tiles.push_back(tile);
         }
@@ -302,10 +295,15 @@ FaceBlocks blocks_of(const Face& face, const std::vector<FaceTile>& tiles, int s
     const auto block = [&](double tangent, int more) {
         return std::clamp(static_cast<int>(face.half + tangent * face.focal + more) / size, 0, columns - 1);
     };
-    for (const FaceTile& tile : tiles)
-        for (int row = block(tile.top, -besides); row <= block(tile.bottom, besides); ++row)
-            for (int column = block(tile.left, -besides); column <= block(tile.right, besides); ++column)
+    const Covered inner = inner_of(face); // beyond which a pixel takes the results at its ends
+    for (const FaceTile& tile : tiles) {
+        const int first = block(std::min(tile.left, inner.right), -besides),
+                  last = block(std::max(tile.right, -inner.left), besides);
+        for (int row = block(std::min(tile.top, inner.bottom), -besides);
+             row <= block(std::max(tile.bottom, -inner.top), besides); ++row)
+            for (int column = first; column <= last; ++column)
                 blocks.needed[static_cast<std::size_t>(row * columns + column)] = 1;
+    }
     return blocks;
 }
 

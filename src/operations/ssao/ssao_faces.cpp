@@ -358,7 +358,8 @@ private:
                                       .stride = to_u32(found.image.row_stride()),
                                       .x = to_u32(wanted.left - stored_.x),
                                       .y = to_u32(wanted.top - stored_.y),
-                                      .depth_offset = to_u32(depth.offset())};
+                                      .depth_offset = to_u32(depth.offset()),
+                                      .least_ahead = static_cast<float>(1.001 * lens::least_part_ahead)};
         for (int i = 0; i < 3; ++i)
             for (int j = 0; j < 3; ++j)
                 from.unit[i][j] = static_cast<float>(call.face.turn(j, i));
