@@ -256,6 +256,27 @@ TEST_CASE("PixelRays: what is no lens is refused with its number", "[lens]") {
                       ContainsSubstring("direction"));
 }
 
+TEST_CASE("Patches do not go around a panorama of a few pixels", "[lens]") {
+    for (const int width : {1, 2, 4, 8, 16, 32})
+        for (const int height : {1, 2, 4, 8, 16}) {
+            CAPTURE(width, height);
+            Camera camera;
+            camera.width = width;
+            camera.height = height;
+            camera.projection = perspective(1, 1, {1, 2});
+            camera.lens = LensModel{LensLaw::equirectangular, width / (2 * std::numbers::pi), height / std::numbers::pi,
+                                    width / 2.0, height / 2.0};
+            const lens::Patches patches = lens::patches_of(lens::CameraLens(camera), width, height, false);
+            const PixelRays rays(camera);
+            double worst = 0;
+            for (int y = 0; y < height; ++y)
+                for (int x = 0; x < width; ++x)
+                    worst =
+                        std::max(worst, (std::get<0>(patches.at(x, y)) - rays.ray_of(x + 0.5, y + 0.5).value()).norm());
+            CHECK(worst <= lens::patch_error);
+        }
+}
+
 TEST_CASE("Patches are within their bound of the rays, and so are their derivatives", "[lens]") {
     for (const auto& [name, camera] : lens_subjects())
         for (const bool along_axis : {false, true}) {

@@ -115,17 +115,18 @@ private:
     bool is_near(const Corners& corners, int x, int y, int h) const {
         // A smooth ray is off most in the middles of the patch and of its sides; in the middle alone two errors may cancel.
         constexpr double places[][2] = {{0.5, 0.5}, {0.5, 0}, {0, 0.5}, {1, 0.5}, {0.5, 1}};
-        constexpr double reserve = 0.95, least_cosine = 0.5;
+        constexpr double reserve = 0.95,
+                         widest = 1; // radians: one that goes around a panorama meets it at all these places
         double off = 0, ahead = 1;
-        for (const PatchNode* corner : corners)
+        for (const PatchNode* corner : corners) {
+            if ((*corner)[1].norm() > widest || (*corner)[2].norm() > widest)
+                return false;
             ahead = std::min(ahead, lens_.ahead((*corner)[0]));
+        }
         for (const auto& [s, t] : places) {
             const auto exact = lens_.direction(x + h * s + 0.5, y + h * t + 0.5);
             if (!exact)
                 return false;
-            for (const PatchNode* corner : corners) // a patch that goes around a panorama is right at all these places
-                if (exact->dot((*corner)[0]) < least_cosine)
-                    return false;
             const double here = (blended(corners, blend(s), blend(t)) - *exact).norm();
             if (std::isnan(here)) // a corner has no ray
                 return false;
