@@ -161,6 +161,34 @@ TEST_CASE("PixelRays: every pixel has the ray of its lens, or none", "[lens]") {
     }
 }
 
+TEST_CASE("PixelRays: double-sphere's rays are all seen in their pixels again", "[lens]") {
+    constexpr double most_px = 1e-9;
+    for (const auto& [xi, alpha] :
+         {std::pair{-0.2, 0.6}, {-0.3, 0.59}, {0.5, 0.7}, {0.9, 0.95}, {-0.9, 0.3}, {0.4, 0}}) {
+        CAPTURE(xi, alpha);
+        Camera camera;
+        camera.width = 640;
+        camera.height = 512;
+        camera.projection = perspective(1, 1, {1, 2});
+        camera.lens = LensModel{LensLaw::double_sphere, 150, 150, 320, 256, {xi, alpha}};
+        const PixelRays rays(camera);
+        long lost = 0, seen = 0;
+        double worst = 0;
+        for (int y = 0; y < camera.height; y += 3)
+            for (int x = 0; x < camera.width; x += 3)
+                if (const auto ray = rays.ray_of(x + 0.5, y + 0.5)) {
+                    const auto back = rays.pixel_of(*ray);
+                    ++seen;
+                    lost += !back;
+                    if (back)
+                        worst = std::max(worst, (*back - Eigen::Vector2d(x + 0.5, y + 0.5)).norm());
+                }
+        CHECK(seen > 5000);
+        CHECK(lost == 0);
+        CHECK(worst <= most_px);
+    }
+}
+
 TEST_CASE("PixelRays: a lens without distortion is the pinhole, whatever its axes, rows and part", "[lens]") {
     for (const ViewAxes axes : {ViewAxes::opengl, ViewAxes::directx, ViewAxes::opencv})
         for (const Rows rows : {Rows::top_down, Rows::bottom_up}) {

@@ -291,10 +291,10 @@ std::optional<Eigen::Vector2d> Laws::image(const Eigen::Vector3d& direction) con
     case LensLaw::double_sphere: {
         const double xi = model_.k[0], alpha = model_.k[1];
         const double w1 = alpha <= 0.5 ? alpha / (1 - alpha) : (1 - alpha) / alpha;
-        const double w2 = (w1 + xi) / std::sqrt(2 * w1 * xi + xi * xi + 1);
-        if (!(z > -w2))
-            return std::nullopt;
         const double second = std::hypot(across, xi + z), under = alpha * second + (1 - alpha) * (xi + z);
+        // The paper's limit of z (eq. 43) leaves out rays that its inverse gives; that of the second sphere's angle is theirs.
+        if (!(xi + z >= -w1 * second * (1 + end_rounding)) || !(under > 0))
+            return std::nullopt;
         return Eigen::Vector2d(x / under, y / under);
     }
     case LensLaw::rays:
