@@ -139,6 +139,8 @@ TEST_CASE("lens findings: a fold over more than half of the image is refused, an
     CHECK_THROWS_WITH(decode({LensLaw::brown, 60, 60, 160, 90, {-0.45, 0, 0, 0}}, 320, 180),
                       ContainsSubstring("folds") && ContainsSubstring("k1") && ContainsSubstring("% of the image"));
     CHECK_NOTHROW(decode({LensLaw::brown, 200, 200, 160, 90, {-0.45, 0, 0, 0}}, 320, 180));
+    CHECK_THROWS_WITH(decode({LensLaw::brown, 75, 75, 160, 90, {0, 0, 0.3, 0.2}}, 320, 180),
+                      ContainsSubstring("folds where p1, p2") && ContainsSubstring("% of the image"));
 }
 
 TEST_CASE("lens findings: units, skies and numbers that are no depth are told through lenses, too", "[lens][doubts]") {
@@ -214,6 +216,9 @@ TEST_CASE("lens findings: a fold in the image is named as why pixels have no dep
     CHECK(std::abs(std::stod(folded.front()) - 100 * beyond / (320 * 180)) < 1);
     for (const char* const words : {"have no ray", "folds 40.7 degrees", "k1", "corners"})
         CHECK(contains(folded.front(), words));
+    const std::vector<std::string> aside = doubts({LensLaw::brown, 150, 150, 160, 90, {0, 0, 0.15, 0.1}});
+    REQUIRE(aside.size() == 1);
+    CHECK(contains(aside.front(), "because the lens folds where p1, p2"));
     CHECK(doubts({LensLaw::brown, 400, 400, 160, 90, {-0.45, 0, 0, 0}}).empty());
     CHECK(doubts({LensLaw::equidistant, 57.3, 57.3, 160, 90}).empty());
 }

@@ -75,7 +75,7 @@ KERNEL void from_face(__global const float* planes, __global const float* depth,
     if (x >= grid.x_end)
         return;
     const placesV place = places_on_face(places, &p, &from, grid.pixel_x + x, grid.pixel_y + y LENS_VALUES);
-    const intV looked_at = !isnan(place.x); // a ray from aside has no result
+    const intV is_sampled = !isnan(place.x); // a ray from aside has no result
     // Pixels of the face, from the middle of its first one.
     const floatV column = clamp(place.x - p.first[0], (floatV)(float)from.first_column, (floatV)(float)from.last_column);
     const floatV row = clamp(place.y - p.first[1], (floatV)(float)from.first_row, (floatV)(float)from.last_row);
@@ -124,7 +124,7 @@ KERNEL void from_face(__global const float* planes, __global const float* depth,
             expected = select(expected, on_face(&p, &plane, its_x, its_y), bent);
         bilinear[k] = (k & 1 ? s : 1.0f - s) * (k >> 1 ? t : 1.0f - t);
         const floatV off = fabs(expected - seen[k]) * inverse;
-        offs[k] = select((floatV)INFINITY, off, (off < INFINITY) & (seen[k] > 0.0f) & looked_at);
+        offs[k] = select((floatV)INFINITY, off, (off < INFINITY) & (seen[k] > 0.0f) & is_sampled);
         const floatV weight = bilinear[k] * max(1.0f - offs[k], 0.0f);
         whole += weight;
         for (int c = 0; c < CHANNELS; ++c)

@@ -444,10 +444,8 @@ Doubt fold_doubt(const Camera& camera) {
     const double part = lens.part_beyond_fold(camera.width, camera.height);
     if (!(part > many_beyond_fold))
         return std::nullopt;
-    const auto& fold = *lens.laws().fold();
-    return text(number(100 * part, 2), " % of the pixels have no ray, because the lens folds ",
-                number(fold.angle * 180 / std::numbers::pi, 3), " degrees from its axis, where ", fold.coefficient,
-                " bends it most; calibrate with points in the image's corners, or give the part that they surround");
+    return text(number(100 * part, 2), " % of the pixels have no ray, because the lens ", lens.fold_words(),
+                "; calibrate with points in the image's corners, or give the part that they surround");
 }
 
 // The value of a sky as a distance.

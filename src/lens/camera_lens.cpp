@@ -5,6 +5,7 @@
 #include "require.hpp"
 
 #include <cmath>
+#include <iomanip>
 #include <numbers>
 
 namespace fathom::lens {
@@ -46,7 +47,8 @@ std::optional<Eigen::Vector3d> CameraLens::direction(double x, double y) const {
 
 double CameraLens::part_beyond_fold(int width, int height) const {
     const auto& fold = laws_.fold();
-    if (!fold || fold->angle >= std::numbers::pi / 2)
+    // A distorted pinhole has no other pixels without rays: its tangential part and its thin prism fold, too.
+    if (law() != LensLaw::brown && (!fold || fold->angle >= std::numbers::pi / 2))
         return 0;
     constexpr int across = 64; // places in a row and in a column
     int beyond = 0;
@@ -60,11 +62,16 @@ void CameraLens::require_unfolded(int width, int height) const {
     const double beyond = part_beyond_fold(width, height);
     if (!(beyond > 0.5))
         return;
-    const auto& fold = *laws_.fold();
-    require(false, "the lens ", to_string(law()), " folds ", fold.angle * 180 / std::numbers::pi,
-            " degrees from its axis, at a radius of ", fold.radius, " focal lengths, where ", fold.coefficient,
-            " bends it most, and ", static_cast<int>(100 * beyond),
+    require(false, "the lens ", to_string(law()), " ", fold_words(), ", and ", static_cast<int>(100 * beyond),
             " % of the image lie beyond; calibrate with points in its corners, or give the part that they surround");
+}
+
+std::string CameraLens::fold_words() const {
+    if (const auto& fold = laws_.fold())
+        return text(std::setprecision(3), "folds ", fold->angle * 180 / std::numbers::pi,
+                    " degrees from its axis, at a radius of ", fold->radius, " focal lengths, where ",
+                    fold->coefficient, " bends it most");
+    return "folds where p1, p2 or s1 to s4 bend it";
 }
 
 Eigen::Vector2d CameraLens::pixel_on_axis() const {

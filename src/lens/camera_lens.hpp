@@ -25,6 +25,8 @@ public:
 
     /// The part of such an image that lies beyond a fold within 90 degrees of the axis; 0 without one.
     double part_beyond_fold(int width, int height) const;
+    /// Where it folds, and by which coefficient: "folds 41 degrees from its axis …".
+    std::string fold_words() const;
 
     /// Throws: std::invalid_argument where the lens folds within 90 degrees of its axis, and more than half of such an image lies
     /// beyond. A fisheye's circle may cover less.
