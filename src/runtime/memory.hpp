@@ -17,7 +17,7 @@ constexpr std::size_t huge_page = std::size_t{2} << 20;
 /// in such pages, where the system hands them out to those that ask: writing to new memory then takes a fraction of the time,
 /// and kernels that read far around their pixels wait less for the translation of addresses. Each begins at another place of
 /// its page, since images that begin at the same one share the same sets of the caches: `dof_masks` took 1.4 times as long.
-/// What malloc keeps for the next image, which then need not be cleared again, asks for no place of its own.
+/// What malloc keeps for the next image need not be cleared again, so it asks for no place of its own.
 inline void* allocate(std::size_t size) {
     constexpr std::size_t places = 16, alignment = 256;      // of what OpenCL's vectors and the caches' lines take
     constexpr std::size_t most_kept = std::size_t{32} << 20; // malloc's DEFAULT_MMAP_THRESHOLD_MAX
