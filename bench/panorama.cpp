@@ -6,8 +6,6 @@
 #include <fathom/fathom.hpp>
 #include <fathom/pixel_rays.hpp>
 
-#include <Eigen/Geometry>
-
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
@@ -77,15 +75,10 @@ void run() {
                    {"one pinhole of as many pixels", {stored(one, scene::render(scene::room(), one))}, {}},
                    {"six pinholes of 90 degrees, with steps where they meet", {}, {}},
                    {"six of 130 degrees, for the 90 in their middles", {}, Region{inner, inner, side, side}}};
-    for (const auto& [axis, angle] : {std::pair{Vector3d::UnitY(), 0.0},
-                                      {Vector3d::UnitY(), 90.0},
-                                      {Vector3d::UnitY(), 180.0},
-                                      {Vector3d::UnitY(), 270.0},
-                                      {Vector3d::UnitX(), 90.0},
-                                      {Vector3d::UnitX(), 270.0}}) {
+    for (const Eigen::Matrix3d& turn : scene::cube_turns()) {
         Camera camera = pinhole(wide, wide);
         camera.view = Eigen::Matrix4d::Identity();
-        camera.view->topLeftCorner<3, 3>() = Eigen::AngleAxisd(angle * std::numbers::pi / 180, axis).toRotationMatrix();
+        camera.view->topLeftCorner<3, 3>() = turn;
         const StoredDepth depth = stored(camera, scene::render(scene::room(), camera));
         all[3].depths.push_back(depth);
         all[2].depths.push_back({depth.image.region(inner, inner, side, side), small});

@@ -181,13 +181,7 @@ double error_of_faces(const Device& device, const scene::Scene& scene, int width
     camera.projection = perspective(Intrinsics{focal, focal, 1.0 * half, 1.0 * half, 2 * half, 2 * half}, {1, 2},
                                     {.view_axes = ViewAxes::opengl});
     Mean mean;
-    for (const auto& [axis, angle] : {std::pair{Vector3d::UnitY(), 0.0},
-                                      {Vector3d::UnitY(), 90.0},
-                                      {Vector3d::UnitY(), 180.0},
-                                      {Vector3d::UnitY(), 270.0},
-                                      {Vector3d::UnitX(), 90.0},
-                                      {Vector3d::UnitX(), 270.0}}) {
-        const Eigen::Matrix3d turn = Eigen::AngleAxisd(angle * std::numbers::pi / 180, axis).toRotationMatrix();
+    for (const Eigen::Matrix3d& turn : scene::cube_turns()) {
         const Seen seen = seen_by(scene, camera, turn);
         const std::vector<float> found =
             images::floats(ssao(depth_of(device, camera, seen.depth), radius, options).visibility);

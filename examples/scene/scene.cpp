@@ -13,6 +13,7 @@
 #include <atomic>
 #include <cmath>
 #include <limits>
+#include <numbers>
 #include <numeric>
 #include <stdexcept>
 #include <thread>
@@ -402,6 +403,14 @@ std::optional<Met> met(const Scene& scene, const Ray& ray) {
     }
     const Vector3d normal = hit->normal.normalized();
     return Met{ray.at(hit->t), normal.dot(ray.direction) > 0 ? Vector3d(-normal) : normal};
+}
+
+std::array<Eigen::Matrix3d, 6> cube_turns() {
+    const auto turned = [](const Vector3d& axis, int degrees) {
+        return Eigen::AngleAxisd(degrees * std::numbers::pi / 180, axis).toRotationMatrix();
+    };
+    const Vector3d up = Vector3d::UnitY(), right = Vector3d::UnitX();
+    return {turned(up, 0), turned(up, 90), turned(up, 180), turned(up, 270), turned(right, 90), turned(right, 270)};
 }
 
 Eigen::Matrix4d to_world(const Camera& camera) {

@@ -5,6 +5,7 @@
 
 #include <Eigen/Core>
 
+#include <array>
 #include <cstdint>
 #include <functional>
 #include <limits>
@@ -132,6 +133,8 @@ std::optional<Met> met(const Scene& scene, const Ray& ray);
 
 /// View space (the projection's own axes) to world.
 Eigen::Matrix4d to_world(const Camera& camera);
+/// The turns of cameras that look ahead, to the four sides, up and down, so that views of 90 degrees see all directions.
+std::array<Eigen::Matrix3d, 6> cube_turns();
 
 /// A rendered image, row-major in the camera's row order. Pixels that see nothing hold the camera's clear value,
 /// z = +inf, position NaN and normal 0.

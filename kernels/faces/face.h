@@ -21,45 +21,39 @@ INLINE face_planeV face_plane(const face_params* p, floatV x, floatV y, floatV z
 #undef FACE_PART
 }
 
+// PLANE(i) is the plane of the vector's i-th pixel.
+#if V == 1
+#define RETURN_PLANES(PLANE)                                                                                           \
+    const float4 plane = PLANE(0);                                                                                     \
+    return face_plane(p, plane.x, plane.y, plane.z, plane.w)
+#else
+#define RETURN_PLANES(PLANE)                                                                                           \
+    float4 x[V / 4], y[V / 4], z[V / 4], q[V / 4];                                                                     \
+    for (int i = 0; i < V; i += 4) {                                                                                   \
+        const float16 four = (float16)(PLANE(i), PLANE(i + 1), PLANE(i + 2), PLANE(i + 3));                            \
+        x[i / 4] = four.s048c;                                                                                         \
+        y[i / 4] = four.s159d;                                                                                         \
+        z[i / 4] = four.s26ae;                                                                                         \
+        q[i / 4] = four.s37bf;                                                                                         \
+    }                                                                                                                  \
+    return face_plane(p, *(const float_lanes*)x, *(const float_lanes*)y, *(const float_lanes*)z, *(const float_lanes*)q)
+#endif
+
 // The planes of these pixels: their numbers, none of which is negative.
 INLINE face_planeV planes_at(__global const float* planes, intV pixels, const face_params* p) {
     const int_lanes numbers = pixels;
     const int* const at = (const int*)&numbers;
 #define PLANE_AT(i) *((__global const float4*)planes + at[i])
-#if V == 1
-    const float4 plane = PLANE_AT(0);
-    return face_plane(p, plane.x, plane.y, plane.z, plane.w);
-#else
-    float4 x[V / 4], y[V / 4], z[V / 4], q[V / 4];
-    for (int i = 0; i < V; i += 4) {
-        const float16 four = (float16)(PLANE_AT(i), PLANE_AT(i + 1), PLANE_AT(i + 2), PLANE_AT(i + 3));
-        x[i / 4] = four.s048c;
-        y[i / 4] = four.s159d;
-        z[i / 4] = four.s26ae;
-        q[i / 4] = four.s37bf;
-    }
-    return face_plane(p, *(const float_lanes*)x, *(const float_lanes*)y, *(const float_lanes*)z, *(const float_lanes*)q);
-#endif
+    RETURN_PLANES(PLANE_AT);
 #undef PLANE_AT
 }
 
 // Those of neighbours in a row, from this pixel on.
 INLINE face_planeV planes_in_row(__global const float* planes, uint first, const face_params* p) {
     __global const float4* const from = (__global const float4*)planes + first;
-#if V == 1
-    const float4 plane = from[0];
-    return face_plane(p, plane.x, plane.y, plane.z, plane.w);
-#else
-    float4 x[V / 4], y[V / 4], z[V / 4], q[V / 4];
-    for (int i = 0; i < V; i += 4) {
-        const float16 four = (float16)(from[i], from[i + 1], from[i + 2], from[i + 3]);
-        x[i / 4] = four.s048c;
-        y[i / 4] = four.s159d;
-        z[i / 4] = four.s26ae;
-        q[i / 4] = four.s37bf;
-    }
-    return face_plane(p, *(const float_lanes*)x, *(const float_lanes*)y, *(const float_lanes*)z, *(const float_lanes*)q);
-#endif
+#define PLANE_IN_ROW(i) from[i]
+    RETURN_PLANES(PLANE_IN_ROW);
+#undef PLANE_IN_ROW
 }
 
 // Inverse depth of the plane at (x, y), pixels from the axis.
