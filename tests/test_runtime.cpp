@@ -96,6 +96,26 @@ TEST_CASE("runtime: the last huge page of large memory is not cleared for a few 
 }
 #endif
 
+#if defined(__GLIBC__) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+TEST_CASE("runtime: memory of an image that is gone serves the next one, so that the system need not clear more",
+          "[runtime]") {
+    constexpr std::size_t size = std::size_t{8} << 20;
+    for (int i = 0; i < 3; ++i) { // malloc learns what is worth keeping
+        void* const memory = runtime::allocate(size);
+        REQUIRE(memory);
+        std::memset(memory, 1, size);
+        runtime::give_back(memory);
+    }
+    void* const memory = runtime::allocate(size);
+    const auto page = static_cast<std::size_t>(sysconf(_SC_PAGESIZE));
+    const auto begin = (reinterpret_cast<std::uintptr_t>(memory) + page - 1) / page * page;
+    std::vector<unsigned char> there(size / page - 1);
+    REQUIRE(mincore(reinterpret_cast<void*>(begin), there.size() * page, there.data()) == 0);
+    CHECK(std::ranges::count(there, 1) >= static_cast<std::ptrdiff_t>(there.size() * 9 / 10));
+    runtime::give_back(memory);
+}
+#endif
+
 TEST_CASE("runtime: a device answers to its kind, its index and a part of its name", "[runtime]") {
     const auto all = list_devices();
     REQUIRE(!all.empty());

@@ -1,7 +1,7 @@
 // Tangent planes of what a lens sees: m with 1/distance = m.u on the plane, u the unit ray, and the pixel's own 1/distance as a
 // fourth number. Objects a pixel or two wide face the camera, as in ssao_planes.cl.
 // Where a crease passes between a pixel and one of its four neighbours, the fourth number is negative, and its last bits say which
-// neighbour it is and how the walls meet: see face.h.
+// neighbour it is and how the walls meet: see crease.h.
 // Built for: LENS = 1; PERSPECTIVE = 1; GIVEN = 0 1; ALONG = 0 1 2
 
 #include "faces/crease.h"

@@ -24,8 +24,10 @@ inline void* allocate(std::size_t size) {
     static std::atomic<std::size_t> count = 0;
     const bool large = size >= huge_page;
     const std::size_t begin = alignment * (large ? 1 + 49 * (count++ % places) : 1);
-    const bool kept = begin + size + 2 * alignment < most_kept;
-    const std::size_t step = kept ? alignment : huge_page, whole = (begin + size + step - 1) / step * step;
+    // All images of a size ask for as much, or malloc would not find what it keeps.
+    const std::size_t room = (large ? alignment * (1 + 49 * (places - 1)) : begin) + size;
+    const bool kept = room + 2 * alignment < most_kept;
+    const std::size_t step = kept ? alignment : huge_page, whole = (room + step - 1) / step * step;
     char* const block = static_cast<char*>(kept ? std::malloc(whole + alignment) : std::aligned_alloc(step, whole));
     if (!block)
         return nullptr;
