@@ -240,6 +240,14 @@ Covered inner_of(const Face& face) {
     return {-tangent(face.inner.left), -tangent(face.inner.top), tangent(face.inner.right), tangent(face.inner.bottom)};
 }
 
+// Where a ray meets a face, if that looks at it.
+std::optional<Eigen::Vector2d> tangents_of(const Face& face, const Vector& ray) {
+    const Vector at = face.turn * ray;
+    if (!(at.z() > least_part_ahead))
+        return std::nullopt;
+    return Eigen::Vector2d(at.x() / at.z(), at.y() / at.z());
+}
+
 } // namespace
 
 PixelBox with_margin(const Face& face, double sine) {
@@ -268,13 +276,13 @@ std::vector<FaceTile> tiles_of(const CameraLens& lens, const Face& face) {
                 all &= ray.has_value();
                 if (!ray)
                     return;
-                const Vector at = face.turn * *ray;
-                if (!(at.z() > least_part_ahead))
+                const auto at = tangents_of(face, *ray);
+                if (!at)
                     return;
-                tile.left = std::min(tile.left, at.x() / at.z());
-                tile.right = std::max(tile.right, at.x() / at.z());
-                tile.top = std::min(tile.top, at.y() / at.z());
-                tile.bottom = std::max(tile.bottom, at.y() / at.z());
+                tile.left = std::min(tile.left, at->x());
+                tile.right = std::max(tile.right, at->x());
+                tile.top = std::min(tile.top, at->y());
+                tile.bottom = std::max(tile.bottom, at->y());
             };
             for (const int y : {top, (top + bottom) / 2, bottom - 1})
                 for (const int x : {left, (left + right) / 2, right - 1})
@@ -326,12 +334,8 @@ std::optional<std::array<Eigen::Matrix3d, 2>> polynomial(const CameraLens& lens,
                                                          int last_column, int last_row) {
     const auto place = [&](int column, int row) -> std::optional<Eigen::Vector2d> {
         const auto ray = lens.direction(left + column + 0.5, top + row + 0.5);
-        if (!ray)
-            return std::nullopt;
-        const Vector at = face.turn * *ray;
-        if (!(at.z() > least_part_ahead))
-            return std::nullopt;
-        return Eigen::Vector2d(at.x() / at.z(), at.y() / at.z()) * face.focal;
+        const auto at = ray ? tangents_of(face, *ray) : std::nullopt;
+        return at ? std::optional<Eigen::Vector2d>(*at * face.focal) : std::nullopt;
     };
     std::array<Eigen::Matrix3d, 2> values;
     for (int j = 0; j < 3; ++j)
