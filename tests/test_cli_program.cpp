@@ -335,6 +335,20 @@ TEST_CASE("program: a full disk behind stdout is an error") {
         check_refused(run(command, full), 1, reason);
 }
 
+TEST_CASE("program: closed streams are errors where they are needed") {
+    const Folder folder;
+    const std::string camera = camera_file(folder), input = depth_file(folder, "depth.png");
+    const auto closed = [](const std::string& stream) {
+        return Surroundings{.before = {"bash", "-c", "exec \"$@\" " + stream, "bash"}};
+    };
+    for (const Arguments& command : {Arguments{"--version"}, {"linearize", input, "--camera", camera, "-o", "-"}})
+        check_refused(run(command, closed(">&-")), 1, "standard output: cannot be written: Bad file descriptor");
+    const Arguments frames{"linearize", "-", "--size", "8x8", "--camera", camera, "-o", "-", "--depth-format",
+                           "grayf32le"};
+    check_refused(run(frames, closed("<&-")), 1, "standard input: ");
+    CHECK(run({"inspect", input, "--camera", camera}, closed("<&- 2>&-")).code == 0);
+}
+
 TEST_CASE("program: when nobody reads what it prints, it stops after the frames in work, without a line") {
     const Folder folder;
     const std::string camera = camera_file(folder);

@@ -11,10 +11,10 @@
 namespace fathom::cli {
 
 void prepare_streams() {
-    int file;
-    while ((file = open("/dev/null", O_RDWR)) >= 0 && file <= STDERR_FILENO) {
-    }
-    close(file);
+    // Each the other way round, so that what is read from it or printed there fails, as through a closed one.
+    for (const int file : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO})
+        if (fcntl(file, F_GETFD) < 0)
+            open("/dev/null", file == STDIN_FILENO ? O_WRONLY : O_RDONLY);
     cv::utils::logging::setLogLevel(cv::utils::logging::LOG_LEVEL_SILENT);
 }
 
