@@ -343,8 +343,8 @@ TEST_CASE("program: closed streams are errors where they are needed") {
     };
     for (const Arguments& command : {Arguments{"--version"}, {"linearize", input, "--camera", camera, "-o", "-"}})
         check_refused(run(command, closed(">&-")), 1, "standard output: cannot be written: Bad file descriptor");
-    const Arguments frames{"linearize", "-", "--size", "8x8", "--camera", camera, "-o", "-", "--depth-format",
-                           "grayf32le"};
+    const Arguments frames{"linearize", "-", "--size",         "8x8",      "--camera", camera,
+                           "-o",        "-", "--depth-format", "grayf32le"};
     check_refused(run(frames, closed("<&-")), 1, "standard input: ");
     CHECK(run({"inspect", input, "--camera", camera}, closed("<&- 2>&-")).code == 0);
 }
