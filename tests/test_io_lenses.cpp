@@ -71,7 +71,11 @@ TEST_CASE("lenses: OpenCV's own projection puts each ray on its pixel", "[io][le
                     fisheye ? " of a fisheye" : "", worst);
         CHECK(worst <= opencv_px);
     }
-    check_says([&] { written({-0.1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0.01, 0}, false); }, {"tilted sensor", "\"rays\": FILE"});
+    check_says(
+        [&] {
+            written({-0.1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0.01, 0}, false);
+        },
+        {"tilted sensor", "\"rays\": FILE"});
 #else
     std::cout << "skipped: OpenCV's projection, since libopencv-calib3d-dev was not there when this was built\n";
 #endif
