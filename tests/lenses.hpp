@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <numbers>
 #include <optional>
 #include <string>
@@ -74,6 +75,25 @@ inline std::vector<PixelRay> all_rays(const fathom::Camera& camera) {
         for (int x = 0; x < camera.width; ++x)
             all.push_back(rays.ray_of(x + 0.5, y + 0.5));
     return all;
+}
+
+// The rays of a camera's pixels as a map, of those that are kept.
+inline fathom::RayMap mapped_rays(const fathom::Camera& camera, const std::function<bool(int x, int y)>& is_kept) {
+    const fathom::ViewAxes axes = camera.projection.convention.view_axes;
+    const Eigen::Vector3d signs(1, axes == fathom::ViewAxes::opencv ? 1 : -1,
+                                axes == fathom::ViewAxes::opengl ? -1 : 1);
+    const fathom::PixelRays rays(camera);
+    fathom::RayMap map{camera.width, camera.height};
+    for (int y = 0; y < map.height; ++y)
+        for (int x = 0; x < map.width; ++x) {
+            const auto ray = is_kept(x, y) ? rays.ray_of(x + 0.5, y + 0.5) : std::nullopt;
+            for (int i = 0; i < 3; ++i)
+                map.rays.push_back(ray ? static_cast<float>(signs[i] * (*ray)[i]) : 0.0f);
+        }
+    return map;
+}
+inline fathom::RayMap mapped_rays(const fathom::Camera& camera) {
+    return mapped_rays(camera, [](int, int) { return true; });
 }
 
 inline double forwards_of(const fathom::Camera& camera) {

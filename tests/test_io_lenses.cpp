@@ -71,7 +71,11 @@ TEST_CASE("lenses: OpenCV's own projection puts each ray on its pixel", "[io][le
                     fisheye ? " of a fisheye" : "", worst);
         CHECK(worst <= opencv_px);
     }
-    check_says([&] { written({-0.1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0.01, 0}, false); }, {"tilted sensor"});
+    check_says(
+        [&] {
+            written({-0.1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0.01, 0}, false);
+        },
+        {"tilted sensor", "\"rays\": FILE"});
 #else
     std::cout << "skipped: OpenCV's projection, since libopencv-calib3d-dev was not there when this was built\n";
 #endif
@@ -83,6 +87,9 @@ TEST_CASE("lenses: the camera file says the model, its coefficients, or the ends
     CHECK(brown.lens.value().law == LensLaw::brown);
     CHECK(brown.lens->k == std::vector<double>{0.1, 0.2, 0.3, 0.4, 0.5});
     CHECK((brown.lens->fx == 500 && brown.lens->fy == 510 && brown.lens->cx == 320 && brown.lens->cy == 240));
+    const Camera untilted = read(folder, pixels + R"("lens": {"model": "brown", "k": [1, 0, 0, 0, 0, 0, 0, 0, 0, 0,
+        0, 0, 0, 0]})");
+    CHECK(untilted.lens.value().k.size() == 12);
     const Camera centre =
         read(folder, R"("pixel_origin": "centre", )" + pixels + R"("lens": {"model": "equidistant"})");
     CHECK(centre.lens.value().cx == 320.5);
@@ -120,6 +127,9 @@ TEST_CASE("lenses: the camera file says the model, its coefficients, or the ends
     refused(pixels + R"("lens": {"k": [1]})", {"lens.model", "is missing"});
     refused(pixels + R"("lens": {"model": "brown", "k": [1, 2]})",
             {"camera.json", "has 2 coefficients", "4, 5, 8 or 12"});
+    refused(pixels + R"("lens": {"model": "brown", "k": [1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0.1, 0]})",
+            {"camera.json", "has 14 coefficients", "tilted sensor", "\"rays\": FILE"});
+    refused(pixels + R"("along": "cube")", {"camera.json", "along", "six faces", "\"lens\"", "equirectangular"});
     refused(pixels + R"("lens": {"model": "opencv-fisheye", "k": [1, 2]})", {"it takes 4: k1 k2 k3 k4"});
     refused(pixels + R"("lens": {"model": "brown", "k": 7})", {"lens.k", "must be numbers"});
     refused(pixels + R"("lens": {"model": "equirectangular"})", {"intrinsics", "leave"});

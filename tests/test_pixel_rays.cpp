@@ -8,6 +8,9 @@
 
 #include <fathom/pixel_rays.hpp>
 
+#include <ctime>
+#include <functional>
+
 using namespace fathom;
 
 namespace {
@@ -161,6 +164,83 @@ TEST_CASE("PixelRays: every pixel has the ray of its lens, or none", "[lens]") {
     }
 }
 
+namespace {
+
+// The part of the way from the middle to a place in the image, at most `farthest`, along which the lens does not fold: small
+// steps, each with Newton's from the one before. 1 where it all but folds, and goes on.
+Real way_before_fold(const LensModel& lens, const Vector2& uv, Real farthest) {
+    constexpr int steps = 200;
+    constexpr Real h = 1e-6L, all_but_folded = 0.05L;
+    Real least = 1;
+    Vector2 at(0, 0);
+    for (int i = 1; i <= steps; ++i) {
+        const Real part = farthest * i / steps;
+        for (int j = 0; j < 3; ++j) {
+            const auto seen = [&](Real x, Real y) { return imaged(lens, 0, {x, y, 1}); };
+            Eigen::Matrix<Real, 2, 2> slopes;
+            slopes << (seen(at.x() + h, at.y()) - seen(at.x() - h, at.y())) / (2 * h),
+                (seen(at.x(), at.y() + h) - seen(at.x(), at.y() - h)) / (2 * h);
+            if (!(slopes.determinant() > 0))
+                return farthest * (i - 1) / steps;
+            least = std::min(least, slopes.determinant());
+            at -= slopes.inverse() * (seen(at.x(), at.y()) - part * uv);
+        }
+    }
+    return least < all_but_folded ? 1 : farthest;
+}
+
+} // namespace
+
+TEST_CASE("PixelRays: pixels of brown have a ray up to where p1, p2 and s1 to s4 fold it", "[lens]") {
+    std::vector<std::vector<double>> all{{0, 0, 0.05, 0.05},
+                                         {-0.1, 0, 0.05, 0.05},
+                                         {-0.2, 0, 0.3, 0.2},
+                                         {-0.3, 0.05, 0.02, -0.03},
+                                         {0.1, -0.05, 0, 0, 0.01, 0.05, 0.02, 0.001, 0.05, -0.02, 0.05, 0.01}};
+    std::mt19937 random(40);
+    for (int i = 0; i < 12; ++i) {
+        std::vector<double> k;
+        for (const double most : {0.3, 0.2, 0.1, 0.1, 0.05, 0.1, 0.1, 0.05, 0.05, 0.02, 0.05, 0.02})
+            k.push_back(std::uniform_real_distribution<double>(-most, most)(random));
+        if (i % 2 == 0)
+            k.resize(5);
+        all.push_back(k);
+    }
+    constexpr Real farthest = 1.05L, unsure = 0.02L;
+    long all_with = 0, all_without = 0;
+    for (const std::vector<double>& k : all) {
+        CAPTURE(k);
+        Camera camera{.width = 640, .height = 480};
+        camera.projection = perspective(1, 1, {1, 2}, {.view_axes = ViewAxes::opencv});
+        camera.lens = LensModel{LensLaw::brown, 300, 300, 320, 240, k};
+        const PixelRays rays(camera);
+        long wrong = 0, with = 0, without = 0;
+        double off = 0;
+        for (int y = 4; y < camera.height; y += 23)
+            for (int x = 4; x < camera.width; x += 29) {
+                const Vector2 uv((x + 0.5L - 320) / 300, (y + 0.5L - 240) / 300);
+                const Real way = way_before_fold(*camera.lens, uv, farthest);
+                const auto ray = rays.ray_of(x + 0.5, y + 0.5);
+                (ray ? with : without) += 1;
+                if (std::abs(way - 1) > unsure)
+                    wrong += ray.has_value() != (way > 1);
+                if (!ray)
+                    continue;
+                off =
+                    std::max(off, static_cast<double>(300 * (imaged(*camera.lens, 0, ray->cast<Real>()) - uv).norm()));
+                const auto back = rays.pixel_of(*ray);
+                REQUIRE(back);
+                off = std::max(off, (*back - Eigen::Vector2d(x + 0.5, y + 0.5)).norm());
+            }
+        CHECK(wrong == 0);
+        CHECK(off <= pixel_rays_round_trip_px);
+        all_with += with;
+        all_without += without;
+    }
+    std::printf("rays, brown up to its folds: %ld with, %ld without\n", all_with, all_without);
+    CHECK(all_without > 1000);
+}
+
 TEST_CASE("PixelRays: double-sphere's rays are all seen in their pixels again", "[lens]") {
     constexpr double most_px = 1e-9;
     for (const auto& [xi, alpha] :
@@ -273,7 +353,11 @@ TEST_CASE("PixelRays: what is no lens is refused with its number", "[lens]") {
                ContainsSubstring("has 1 coefficients; it takes 4"));
     CHECK_THAT(refused({LensLaw::equidistant, 10, 10, 5, 5, {0.1}}),
                ContainsSubstring("it takes 0, and what ROS and Kalibr call so is opencv-fisheye"));
-    CHECK_THAT(refused({LensLaw::brown, 10, 10, 5, 5, {nan, 0, 0, 0}}), ContainsSubstring("must be finite"));
+    CHECK_THAT(refused({LensLaw::brown, 10, 10, 5, 5, std::vector<double>(14)}),
+               ContainsSubstring("no tilted sensor; write its rays into an image"));
+    for (const double each : {nan, 1e300, -1e300})
+        CHECK_THAT(refused({LensLaw::brown, 10, 10, 5, 5, {each, 0, 0, 0}}),
+                   ContainsSubstring("must be finite, and at most 1e+30"));
     CHECK_THAT(refused({LensLaw::equidistant, 0, 10, 5, 5}), ContainsSubstring("fx = 0"));
     CHECK_THAT(refused({LensLaw::double_sphere, 10, 10, 5, 5, {0.1, 1}}), ContainsSubstring("alpha = 1"));
     CHECK_THAT(refused({LensLaw::blender_polynomial, 10, 10, 5, 5, {0.1, -1, 0, 0, 0}}), ContainsSubstring("k0 = 0.1"));
@@ -347,16 +431,64 @@ TEST_CASE("Patches are within their bound of the rays, and so are their derivati
         }
 }
 
+TEST_CASE("PixelRays: each pixel of a map has its ray, and is found by it, whatever its neighbours have", "[lens]") {
+    const std::tuple<std::string, std::function<bool(int, int)>> kinds[] = {
+        {"all", [](int, int) { return true; }},
+        {"a row", [](int, int y) { return y == 70; }},
+        {"a column", [](int x, int) { return x == 200; }},
+        {"every other pixel", [](int x, int y) { return (x + y) % 2 == 0; }},
+        {"one of 25", [](int x, int y) { return x % 5 == 0 && y % 5 == 0; }},
+        {"all but one of 7", [](int x, int y) { return (x * 3 + y * 5) % 7 != 0; }}};
+    for (const std::size_t subject : {1, 4, 9, 11, 12})
+        for (const auto& [kind, is_kept] : kinds) {
+            const auto [name, camera] = lens_subjects().at(subject);
+            CAPTURE(name, kind);
+            const RayMap map = mapped_rays(camera, is_kept);
+            Camera mapped = camera;
+            mapped.lens = lens_of_rays(map);
+            const PixelRays exact(camera), rays(mapped);
+            const std::clock_t start = std::clock();
+            long asked = 0, lost = 0;
+            double off = 0, away = 0;
+            for (int y = 0; y < map.height; ++y)
+                for (int x = 0; x < map.width; ++x) {
+                    const auto truth = exact.ray_of(x + 0.5, y + 0.5), ray = rays.ray_of(x + 0.5, y + 0.5);
+                    lost += ray.has_value() != (truth && is_kept(x, y));
+                    if (!ray)
+                        continue;
+                    ++asked;
+                    off = std::max(off, (*ray - *truth).norm());
+                    // Single pixels leave nothing to follow to a panorama's poles.
+                    const auto back = rays.pixel_of(*ray);
+                    lost += !back && !(kind == "one of 25" && camera.lens->law == LensLaw::equirectangular);
+                    if (back)
+                        away = std::max(away, (*back - Eigen::Vector2d(x + 0.5, y + 0.5)).norm());
+                    if (const auto between = rays.ray_of(x + 0.8, y + 1.4); between && kind == "all") {
+                        const auto seen = rays.pixel_of(*between);
+                        lost += !seen;
+                        if (seen)
+                            away = std::max(away, (*seen - Eigen::Vector2d(x + 0.8, y + 1.4)).norm());
+                    }
+                }
+            const double seconds = static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;
+            std::printf("a map of %-20s %-18s %6ld pixels, there and back %.1e px, in %.2f s\n", name.c_str(),
+                        kind.c_str(), asked, away, seconds);
+            CHECK(asked > 100);
+            CHECK(lost == 0);
+            CHECK(off <= 0x1p-23);
+            CHECK(away <= pixel_rays_round_trip_px);
+            CHECK(seconds < 10); // a search of the whole map takes minutes
+        }
+    Camera one{.width = 1, .height = 1};
+    one.lens = lens_of_rays({1, 1, {0, 0, 1}});
+    CHECK(ray_of(one, 0.5, 0.5) == Eigen::Vector3d(0, 0, -1));
+    CHECK(pixel_of(one, {0, 0, -2}) == Eigen::Vector2d(0.5, 0.5));
+}
+
 TEST_CASE("PixelRays: a map of rays is the lens that it was made of, up to its floats", "[lens]") {
     const Camera fisheye = lens_subjects().at(4).camera;
     const PixelRays exact(fisheye);
-    RayMap map{fisheye.width, fisheye.height};
-    for (int y = 0; y < map.height; ++y)
-        for (int x = 0; x < map.width; ++x) {
-            const auto ray = exact.ray_of(x + 0.5, y + 0.5);
-            for (int i = 0; i < 3; ++i)
-                map.rays.push_back(ray ? static_cast<float>((*ray)[i]) : 0.0f);
-        }
+    const RayMap map = mapped_rays(fisheye);
     Camera mapped = fisheye;
     mapped.lens = lens_of_rays(map);
     CHECK(lens_of_rays(map).map == mapped.lens->map); // so that a shot's frames share what is made of it

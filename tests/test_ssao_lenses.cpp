@@ -446,10 +446,7 @@ TEST_CASE("ssao lenses: a map of rays does what the lens does that it was made o
     for (const auto& [name, camera] : lens_subjects()) {
         if (name != "brown, k1 = -0.35" && name != "OpenCV's fisheye")
             continue;
-        RayMap map{camera.width, camera.height, {}};
-        for (const PixelRay& ray : all_rays(camera))
-            for (int i = 0; i < 3; ++i)
-                map.rays.push_back(ray ? static_cast<float>((*ray)[i]) : 0);
+        const RayMap map = mapped_rays(camera);
         Camera mapped = camera;
         mapped.lens = lens_of_rays(map);
         const Seen seen = seen_by(scene::room(), camera);

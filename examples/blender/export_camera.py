@@ -45,13 +45,46 @@ def rendered_pixels(render):
     return width, height, region
 
 
+def lens(scene, camera):
+    """Where the rays of a panoramic camera of Cycles run, for the part of the frame that is written."""
+    render, data = scene.render, camera.data
+    width, height, region = rendered_pixels(render)
+    left, bottom, right, top = (x + shift for x, shift in zip(region, 2 * (data.shift_x * width, data.shift_y * height)))
+    of = data if hasattr(data, "panorama_type") else data.cycles  # before Blender 5
+    kind = of.panorama_type if render.engine == "CYCLES" else f"panorama in {render.engine}"
+
+    def intrinsics(fx, fy):
+        return {"fx": fx, "fy": fy, "cx": width / 2 - left, "cy": top - height / 2}
+
+    def part(low, high, first, last):
+        return [math.degrees(low + (high - low) * share) for share in (first, last)]
+
+    if kind == "EQUIRECTANGULAR":
+        return {"lens": {"model": "equirectangular",
+                         "longitude_deg": part(of.longitude_min, of.longitude_max, left / width, right / width),
+                         "latitude_deg": part(of.latitude_min, of.latitude_max, bottom / height, top / height)}}
+    if kind == "FISHEYE_EQUIDISTANT":  # the circle fills the frame
+        return {"lens": {"model": "equidistant"},
+                "intrinsics": intrinsics(width / of.fisheye_fov, height / of.fisheye_fov)}
+    sides = width * render.pixel_aspect_x, height * render.pixel_aspect_y
+    fit = data.sensor_fit if data.sensor_fit != "AUTO" else "HORIZONTAL" if sides[0] > sides[1] else "VERTICAL"
+    sensor = data.sensor_height if data.sensor_fit == "VERTICAL" else data.sensor_width
+    pixels_per_mm = [sides[fit == "VERTICAL"] / sensor / aspect
+                     for aspect in (render.pixel_aspect_x, render.pixel_aspect_y)]
+    if kind == "FISHEYE_EQUISOLID":
+        return {"lens": {"model": "equisolid"},
+                "intrinsics": intrinsics(*(of.fisheye_lens * each for each in pixels_per_mm))}
+    if kind != "FISHEYE_LENS_POLYNOMIAL":
+        raise ValueError(f"the camera {camera.name!r} is of type {kind}, which is no lens that Fathom knows; render an "
+                         "equirectangular one or a fisheye in Cycles")
+    if of.fisheye_polynomial_k0 != 0:
+        raise ValueError(f"the camera {camera.name!r} has no ray along its axis; set the polynomial's k0 to 0")
+    return {"lens": {"model": "blender-polynomial", "k": [getattr(of, f"fisheye_polynomial_k{i}") for i in range(5)]},
+            "intrinsics": intrinsics(*pixels_per_mm)}
+
+
 def projection(scene, camera, depsgraph):
-    """Width and height of the image that is written, and the matrix from view space to it."""
-    if camera.data.type not in {"PERSP", "ORTHO"}:
-        raise ValueError(f"the camera {camera.name!r} is of type {camera.data.type}, which is no projection; "
-                         "render with a perspective or an orthographic one")
-    if scene.render.use_multiview:
-        raise ValueError("the scene renders several views; turn Stereoscopy off and export each camera with --camera")
+    """The matrix from view space to the part of the frame that is written."""
     width, height, (left, bottom, right, top) = rendered_pixels(scene.render)
     matrix = camera.calc_matrix_camera(depsgraph, x=width, y=height, scale_x=scene.render.pixel_aspect_x,
                                        scale_y=scene.render.pixel_aspect_y)
@@ -60,7 +93,7 @@ def projection(scene, camera, depsgraph):
     for row, size, low, high in ((0, width, left, right), (1, height, bottom, top)):
         centre = (low + high) / size - 1
         rows[row] = [(x - centre * w) * size / (high - low) for x, w in zip(rows[row], rows[3])]
-    return right - left, top - bottom, rows
+    return rows
 
 
 def cross(a, b):
@@ -106,18 +139,21 @@ def camera_file(scene, camera, depsgraph):
     camera = camera.evaluated_get(depsgraph)
     if not camera.is_evaluated:
         raise ValueError(f"the camera {camera.name!r} is in no collection of the view layer; include its collection")
-    width, height, matrix = projection(scene, camera, depsgraph)
+    if scene.render.use_multiview:
+        raise ValueError("the scene renders several views; turn Stereoscopy off and export each camera with --camera")
+    _, _, (left, bottom, right, top) = rendered_pixels(scene.render)
+    is_panorama = camera.data.type == "PANO"
     return {
-        "width": width,
-        "height": height,
-        "projection": matrix,
+        "width": right - left,
+        "height": top - bottom,
+        **(lens(scene, camera) if is_panorama else {"projection": projection(scene, camera, depsgraph)}),
         "view": view(camera),
-        "encoding": "view-z",
+        "encoding": "ray-distance" if is_panorama else "view-z",
         # Cycles has 1e10 for the sky. Eevee of Blender 3.4 keeps its depth in half floats, which end at 65504.
         "background_from": 1e10 if scene.render.engine == "CYCLES" else 65504,
         # No "sensor_mm": with both, Fathom's lens moves to focus and changes the picture's size. Blender's does not.
         # Through an orthographic camera the aperture of Cycles is one unit over the f-number.
-        "lens_mm": camera.data.lens if camera.data.type == "PERSP" else 1000,
+        "lens_mm": 1000 if camera.data.type == "ORTHO" else camera.data.lens,
         "f_stop": camera.data.dof.aperture_fstop,
         "focus_distance": focus_distance(camera, depsgraph),
     }

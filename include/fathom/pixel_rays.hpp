@@ -9,7 +9,8 @@ namespace fathom {
 
 /// The rays of a camera's pixels, for single points, on the host: of a pinhole, or through a lens.
 ///
-/// `pixel_of(ray_of(x, y))` is within `pixel_rays_round_trip_px` of (x, y) wherever there is a ray.
+/// `pixel_of(ray_of(x, y))` is within `pixel_rays_round_trip_px` of (x, y) wherever there is a ray. Of a map of rays it may be none,
+/// or another pixel of all but the same ray, beside a fold and straight behind, where the rays of many pixels nearly meet.
 /// Throws where it is made: std::invalid_argument for a lens whose numbers cannot be, and for an orthographic camera.
 /// Source: OpenCV, calib3d and fisheye; Usenko, Demmel, Cremers 2018 (double sphere); Cycles, kernel/camera/projection.h.
 class PixelRays {

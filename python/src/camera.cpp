@@ -318,14 +318,17 @@ RayMap rays_from_numpy(const fs::path& file) {
         io::refuse(file, "is a map of rays, which the Python package reads from .npy: numpy.save(file, rays)");
     const nb::object numpy = nb::module_::import_("numpy");
     nb::object loaded;
+    bool holds_floats = false;
     try {
-        loaded = numpy.attr("ascontiguousarray")(numpy.attr("load")(file.string()), "float32");
+        loaded = numpy.attr("load")(file.string());
+        holds_floats = nb::cast<std::string>(loaded.attr("dtype").attr("kind")) == "f";
+        loaded = numpy.attr("ascontiguousarray")(loaded, "float32");
     } catch (nb::python_error& error) {
         io::refuse(file, "cannot be read as a map of rays: " + text_of(nb::str(error.value())));
     }
     const auto rays = nb::cast<Array>(loaded);
-    if (rays.ndim() != 3 || rays.shape(2) != 3)
-        io::refuse(file, "is no map of rays, which has rows, columns and three numbers a pixel");
+    if (!holds_floats || rays.ndim() != 3 || rays.shape(2) != 3)
+        io::refuse(file, "is no map of rays, which has rows, columns and three floats a pixel");
     return {static_cast<int>(rays.shape(1)), static_cast<int>(rays.shape(0)), {rays.data(), rays.data() + rays.size()}};
 }
 

@@ -310,6 +310,23 @@ def test_rays_of_pixels_and_pixels_of_rays(keys):
     assert camera.ray_of([numpy.nan, 1]).shape == (3,) and numpy.isnan(camera.pixel_of([0, 0, 0])).all()
 
 
+def test_a_map_of_rays_holds_floats(tmp_path):
+    """Bytes are no directions."""
+    camera = fathom.Camera(width=64, height=48, fx=40, fy=40, cx=32, cy=24, view_axes="opencv", encoding="view-z")
+    pixels = numpy.stack(numpy.meshgrid(numpy.arange(64) + 0.5, numpy.arange(48) + 0.5), axis=-1)
+    rays = camera.ray_of(pixels)
+    size = {"width": 64, "height": 48, "view_axes": "opencv", "encoding": "view-z"}
+    for kind in (numpy.float16, numpy.float32, numpy.float64):
+        numpy.save(tmp_path / "rays.npy", rays.astype(kind))
+        mapped = fathom.Camera(**size, lens={"rays": str(tmp_path / "rays.npy")})
+        assert numpy.abs(mapped.ray_of(pixels) - rays).max() < numpy.finfo(kind).eps + 1e-7
+        assert numpy.abs(mapped.pixel_of(mapped.ray_of(pixels)) - pixels).max() < 1e-9
+    for wrong in (numpy.uint8(127 * (rays + 1)), numpy.int32(rays), rays[..., :2], rays[0]):
+        numpy.save(tmp_path / "rays.npy", wrong)
+        with pytest.raises(ValueError, match="rays.npy: is no map of rays, .* three floats a pixel"):
+            fathom.Camera(**size, lens={"rays": str(tmp_path / "rays.npy")})
+
+
 def test_rays_need_a_size_and_pairs(keys):
     with pytest.raises(ValueError, match="fits an image of any size"):
         fathom.Camera(preset="kinect", fx=525, fy=525, cx=319.5, cy=239.5).ray_of([1, 2])

@@ -250,6 +250,9 @@ void check_parameters(const JsonObject& json, const Camera& camera) {
     };
     only("scale", is_metric(encoding), "\"view-z\", \"ray-distance\" and \"inverse\"");
     only("offset", encoding == inverse, "\"inverse\"");
+    if (camera.along == Along::cube && !json.has("lens"))
+        json.refuse_value("along", "is for a picture that was resampled from six faces of a cube, and has a \"lens\", "
+                                   "such as {\"model\": \"equirectangular\"}");
     only("along",
          encoding == linear || encoding == inverse || encoding == inverse_range ||
              (json.has("lens") && encoding != ray_distance),

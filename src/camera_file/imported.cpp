@@ -4,6 +4,7 @@
 #include "edit_distance.hpp"
 #include "file.hpp"
 #include "json_object.hpp"
+#include "lens_key.hpp"
 #include "presets.hpp"
 
 #include "lens/laws.hpp"
@@ -150,14 +151,9 @@ json intrinsics_of(const fs::path& file, const std::vector<double>& matrix, std:
 }
 
 json opencv_lens(const fs::path& file, std::vector<double> k, const std::string& name) {
-    constexpr std::size_t with_tilt = 14, without = 12;
     if (std::ranges::all_of(k, [](double each) { return each == 0; }))
         return {};
-    if (k.size() == with_tilt && k[12] == 0 && k[13] == 0)
-        k.resize(without);
-    if (k.size() == with_tilt)
-        refuse(file, "\"" + name + "\": has a tilted sensor, which Fathom does not know; undistort the depth");
-    return lens_keys(file, LensLaw::brown, k, name);
+    return lens_keys(file, LensLaw::brown, without_tilt(k), name);
 }
 
 json fisheye_lens(const fs::path& file, const std::vector<double>& k, const std::string& name) {

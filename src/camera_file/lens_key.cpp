@@ -100,6 +100,13 @@ RayReader& ray_reader() {
     return reader;
 }
 
+std::vector<double> without_tilt(std::vector<double> k) {
+    constexpr std::size_t with_tilt = 14, without = 12;
+    if (k.size() == with_tilt && k[12] == 0 && k[13] == 0)
+        k.resize(without);
+    return k;
+}
+
 LensModel lens_model(const LensKey& key, const Intrinsics& intrinsics) {
     if (key.law == LensLaw::rays) {
         if (!ray_reader())
@@ -110,7 +117,7 @@ LensModel lens_model(const LensKey& key, const Intrinsics& intrinsics) {
     }
     if (key.law != LensLaw::equirectangular)
         return {*key.law,      intrinsics.fx, intrinsics.fy,
-                intrinsics.cx, intrinsics.cy, key.own.list("k").value_or(std::vector<double>{})};
+                intrinsics.cx, intrinsics.cy, without_tilt(key.own.list("k").value_or(std::vector<double>{}))};
     constexpr double degree = std::numbers::pi / 180;
     const auto longitude = ends_of(key.own, "longitude_deg", 360), latitude = ends_of(key.own, "latitude_deg", 180);
     const double fx = intrinsics.width / ((longitude[1] - longitude[0]) * degree),

@@ -30,6 +30,9 @@ std::optional<LensKey> read_lens_key(const JsonObject& json, Encoding encoding);
 /// "raw_lens", which the file has: the lens of the raw image, with "intrinsics" of its own.
 LensKey read_raw_lens(const JsonObject& json);
 
+/// OpenCV's 14 coefficients without the sensor's tilt, which the last two are, where that is 0.
+std::vector<double> without_tilt(std::vector<double> k);
+
 /// The lens itself for an image of this size, whose "intrinsics" are counted from the corner. Sizes that are not known yet are 1.
 LensModel lens_model(const LensKey& key, const Intrinsics& intrinsics);
 

@@ -444,7 +444,7 @@ Doubt fold_doubt(const Camera& camera) {
     const double part = lens.part_beyond_fold(camera.width, camera.height);
     if (!(part > many_beyond_fold))
         return std::nullopt;
-    return text(number(100 * part, 2), " % of the pixels have no ray, because the lens ", lens.fold_words(),
+    return text(number(100 * part, 3), " % of the pixels have no ray, because the lens ", lens.fold_words(),
                 "; calibrate with points in the image's corners, or give the part that they surround");
 }
 

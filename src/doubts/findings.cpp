@@ -112,6 +112,8 @@ float of_ordered_bits(std::uint32_t bits) {
 LensFindings lens_findings(const Camera& camera) {
     const lens::CameraLens lens(camera);
     LensFindings found{.fold = lens.laws().fold()};
+    if (camera.lens->map)
+        found.between_pixels_px = lens::off_between_pixels(*camera.lens->map);
     for (int y = 0; y < camera.height; ++y)
         for (int x = 0; x < camera.width; ++x) {
             const auto ray = lens.direction(x + 0.5, y + 0.5);

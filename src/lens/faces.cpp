@@ -4,7 +4,6 @@
 #include "lens/faces.hpp"
 
 #include "lens/patches.hpp"
-#include "lens/ray_map.hpp"
 
 #include <Eigen/Geometry>
 
@@ -14,8 +13,6 @@
 #include <limits>
 #include <numbers>
 #include <optional>
-#include <tuple>
-#include <utility>
 
 namespace fathom::lens {
 namespace {
@@ -394,78 +391,9 @@ namespace {
 
 using Position = std::optional<Eigen::Vector2d>;
 
-// Pixel positions of directions. A map of rays has no law that gives them: the nearest ray is found from the last one on.
-class Finder {
-public:
-    Finder(const CameraLens& lens, int width, int height) : lens_(lens), width_(width), height_(height) {}
-
-    Position at(const Vector& direction) {
-        return lens_.law() == LensLaw::rays ? in_map(direction) : lens_.pixel(direction);
-    }
-
-private:
-    double nearness(int x, int y, const Vector& direction) const {
-        if (x < 0 || y < 0 || x >= width_ || y >= height_)
-            return -2;
-        const auto ray = lens_.direction(x + 0.5, y + 0.5);
-        return ray ? ray->dot(direction) : -2;
-    }
-
-    // From one pixel to the best of eight around it, as long as there is a better one, by ever smaller steps.
-    std::pair<int, int> climb(int x, int y, const Vector& direction, double& most) const {
-        most = nearness(x, y, direction);
-        for (int step = 64; step > 0;) {
-            int best_x = x, best_y = y;
-            for (const int j : {-step, 0, step})
-                for (const int i : {-step, 0, step})
-                    if (const double near = nearness(x + i, y + j, direction); near > most) {
-                        most = near;
-                        best_x = x + i;
-                        best_y = y + j;
-                    }
-            if (best_x == x && best_y == y)
-                step /= 2;
-            x = best_x;
-            y = best_y;
-        }
-        return {x, y};
-    }
-
-    Position in_map(const Vector& direction) {
-        double most = -2;
-        auto [x, y] = climb(x_, y_, direction, most);
-        if (!(most > 0.9)) // the last one may lie where the map has no rays
-            for (int j = 0; j < 8; ++j)
-                for (int i = 0; i < 8; ++i) {
-                    double near = -2;
-                    const auto found = climb((2 * i + 1) * width_ / 16, (2 * j + 1) * height_ / 16, direction, near);
-                    if (near > most) {
-                        most = near;
-                        std::tie(x, y) = found;
-                    }
-                }
-        if (!(most > 0))
-            return std::nullopt;
-        x_ = x;
-        y_ = y;
-        const auto here = lens_.ray(x + 0.5, y + 0.5);
-        if (!here)
-            return std::nullopt;
-        const Eigen::Vector2d step = step_towards(direction, *here);
-        if (!(step.cwiseAbs().maxCoeff() <= 1)) // beyond the map's border
-            return std::nullopt;
-        return Eigen::Vector2d(x + 0.5, y + 0.5) + step;
-    }
-
-    const CameraLens& lens_;
-    int width_, height_;
-    int x_ = width_ / 2, y_ = height_ / 2;
-};
-
 } // namespace
 
-FacePositions positions_of(const CameraLens& lens, int width, int height, const Face& face, const PixelBox& part) {
-    Finder finder(lens, width, height);
+FacePositions positions_of(const CameraLens& lens, const Face& face, const PixelBox& part) {
     FacePositions positions{part.width() / unit, {}, {0, 0}};
     const auto direction = [&](double x, double y) { // of the middle of a pixel of the part
         return Vector(face.turn.transpose() * Vector((part.left + x + 0.5 - face.half) / face.focal,
@@ -483,7 +411,7 @@ FacePositions positions_of(const CameraLens& lens, int width, int height, const 
     std::vector<Position> corners;
     for (int j = 0; j < down; ++j)
         for (int i = 0; i < across; ++i)
-            corners.push_back(finder.at(direction(i * unit, j * unit)));
+            corners.push_back(lens.pixel(direction(i * unit, j * unit)));
     std::vector<Position> nodes;
     const auto fits = [&](int left, int top, int shift) {
         const int h = 1 << shift, count = (unit >> shift) + 1;
@@ -493,7 +421,7 @@ FacePositions positions_of(const CameraLens& lens, int width, int height, const 
                 const Position at = i * h % unit == 0 && j * h % unit == 0
                                         ? corners[static_cast<std::size_t>((top / unit + j * h / unit) * across +
                                                                            left / unit + i * h / unit)]
-                                        : finder.at(direction(left + i * h, top + j * h));
+                                        : lens.pixel(direction(left + i * h, top + j * h));
                 if (!at)
                     return false;
                 nodes.push_back(unwrapped(at, nodes.empty() ? at : nodes.front()));
@@ -537,7 +465,7 @@ FacePositions positions_of(const CameraLens& lens, int width, int height, const 
             }
             for (int j = 0; j < unit; ++j)
                 for (int i = 0; i < unit; ++i)
-                    add(none ? Position() : finder.at(direction(left + i, top + j)));
+                    add(none ? Position() : lens.pixel(direction(left + i, top + j)));
         }
     return positions;
 }

@@ -73,6 +73,6 @@ struct FacePositions {
 };
 
 /// The sides of `part` are multiples of 16 pixels.
-FacePositions positions_of(const CameraLens& lens, int width, int height, const Face& face, const PixelBox& part);
+FacePositions positions_of(const CameraLens& lens, const Face& face, const PixelBox& part);
 
 } // namespace fathom::lens

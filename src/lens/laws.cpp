@@ -8,7 +8,6 @@
 
 #include "lens/laws.hpp"
 
-#include "lens/ray_map.hpp"
 #include "lens/solve.hpp"
 #include "require.hpp"
 
@@ -96,12 +95,15 @@ void check(const LensModel& model) {
         names += (names.empty() ? ": " : " ") + std::string(each);
     if (model.law == LensLaw::brown)
         require(count == 4 || count == 5 || count == 8 || count == 12, "the lens ", name, " has ", count,
-                " coefficients; it takes 4, 5, 8 or 12", names);
+                " coefficients; it takes 4, 5, 8 or 12", names,
+                count == 14 ? ", and no tilted sensor; write its rays into an image (\"lens\": {\"rays\": FILE})" : "");
     else
         require(count == most, "the lens ", name, " has ", count, " coefficients; it takes ", most,
                 model.law == LensLaw::equidistant ? ", and what ROS and Kalibr call so is opencv-fisheye" : names);
+    constexpr double most_coefficient = 1e30; // no lens has one near it, and sums of its powers stay finite
     for (const double each : model.k)
-        require(std::isfinite(each), "a coefficient of the lens ", name, " is ", each, "; it must be finite");
+        require(std::abs(each) <= most_coefficient, "a coefficient of the lens ", name, " is ", each,
+                "; it must be finite, and at most ", most_coefficient);
     for (const auto& [key, value] : {std::pair{"fx", model.fx}, {"fy", model.fy}})
         require(std::isfinite(value) && value > 0, "the lens's ", key, " = ", value, " must be above 0");
     require(std::isfinite(model.cx) && std::isfinite(model.cy), "the lens's cx = ", model.cx, " and cy = ", model.cy,
@@ -158,7 +160,11 @@ Laws::Laws(const LensModel& model) : model_(model) {
     check(model);
     if (model.law == LensLaw::brown)
         model_.k.resize(coefficient_names(model.law).size()); // those that are missing are 0
+    if (model.map)
+        map_pixels_ = MapPixels(*model.map);
     rise_ = Rise(curve(), find_end());
+    if (model.law == LensLaw::brown && !only_radial())
+        farthest_ = find_farthest();
 }
 
 bool Laws::only_radial() const {
@@ -216,20 +222,45 @@ double Laws::find_end() {
     return end;
 }
 
+// Where a distorted pinhole has a place of its image, in tangents.
+std::optional<Two<double>> Laws::undistorted(const Two<double>& image) const {
+    const double radius = std::hypot(image[0], image[1]);
+    if (!only_radial()) {
+        const auto map = [this](const Jet& x, const Jet& y) { return distorted(model_.k, x, y); };
+        return radius <= farthest_ ? place_from_middle(map, image) : std::nullopt;
+    }
+    const auto tangent = place_of(curve(), radius, rise_);
+    if (!tangent)
+        return std::nullopt;
+    const double scale = radius > 0 ? *tangent / radius : 1;
+    return Two<double>{scale * image[0], scale * image[1]};
+}
+
+// The radius up to which places that move sideways are looked for: a little beyond the farthest one in some directions.
+double Laws::find_farthest() const {
+    constexpr int directions = 16, halves = 12;
+    constexpr double most = 4, reserve = 1.05;
+    double farthest = 0;
+    for (int i = 0; i < directions; ++i) {
+        const double angle = 2 * half_turn * i / directions;
+        const auto is_seen = [&](double radius) {
+            return undistorted({radius * std::cos(angle), radius * std::sin(angle)}).has_value();
+        };
+        if (is_seen(most))
+            return std::numeric_limits<double>::infinity();
+        for (double step = most / 2; step > most / (1 << halves); step /= 2)
+            farthest += is_seen(farthest + step) ? step : 0;
+    }
+    return farthest * reserve;
+}
+
 std::optional<RayJets> Laws::ray(const Jet& u, const Jet& v) const {
     const Jet one = 1.0, square = u * u + v * v;
     switch (model_.law) {
     case LensLaw::brown: {
-        const double radius = std::hypot(u.value, v.value);
-        const auto tangent = place_of(curve(), radius, rise_);
-        if (!tangent)
-            return std::nullopt;
-        const double scale = radius > 0 ? *tangent / radius : 1;
         const auto map = [this](const Jet& x, const Jet& y) { return distorted(model_.k, x, y); };
-        std::optional<Two<double>> at = Two<double>{scale * u.value, scale * v.value};
-        if (!only_radial())
-            at = place_of(map, Two<double>{u.value, v.value}, *at);
-        if (!at || std::hypot((*at)[0], (*at)[1]) > rise_.end || !(Linear(map, *at).determinant() > 0))
+        const auto at = undistorted({u.value, v.value});
+        if (!at || !(Linear(map, *at).determinant() > 0))
             return std::nullopt;
         const auto [x, y] = with_derivatives(map, *at, {u, v});
         const Jet inverse = one / sqrt(one + x * x + y * y);
@@ -280,13 +311,21 @@ std::optional<Eigen::Vector2d> Laws::image(const Eigen::Vector3d& direction) con
         return std::nullopt;
     switch (model_.law) {
     case LensLaw::brown: {
-        if (!(z > 0) || across > rise_.end * (1 + end_rounding) * z)
+        const bool radial = only_radial();
+        if (!(z > 0) || (radial && across > rise_.end * (1 + end_rounding) * z))
             return std::nullopt;
         const auto map = [this](const Jet& a, const Jet& b) { return distorted(model_.k, a, b); };
         const Linear here(map, {x / z, y / z});
         if (!(here.determinant() > -end_rounding))
             return std::nullopt;
-        return Eigen::Vector2d(here.image[0].value, here.image[1].value);
+        const Two<double> image{here.image[0].value, here.image[1].value};
+        if (!radial) { // is it the direction of that pixel's ray?
+            constexpr double beside_fold = 1e-6;
+            const auto seen = undistorted(image);
+            if (!seen || std::hypot((*seen)[0] * z - x, (*seen)[1] * z - y) > beside_fold)
+                return std::nullopt;
+        }
+        return Eigen::Vector2d(image[0], image[1]);
     }
     case LensLaw::double_sphere: {
         const double xi = model_.k[0], alpha = model_.k[1];
@@ -298,7 +337,7 @@ std::optional<Eigen::Vector2d> Laws::image(const Eigen::Vector3d& direction) con
         return Eigen::Vector2d(x / under, y / under);
     }
     case LensLaw::rays:
-        return mapped_pixel(*model_.map, direction / length);
+        return map_pixels_.at(*model_.map, direction / length);
     case LensLaw::equirectangular:
         return Eigen::Vector2d(std::atan2(x, z), std::atan2(y, std::hypot(x, z)));
     default: {

@@ -1,18 +1,12 @@
 #pragma once
 
+#include "lens/ray_map.hpp"
 #include "lens/solve.hpp"
 
-#include <fathom/lens_model.hpp>
-
-#include <Eigen/Core>
-
-#include <array>
+#include <limits>
 #include <optional>
 
 namespace fathom::lens {
-
-/// A ray with its derivatives: X right, Y down, Z ahead.
-using RayJets = std::array<Jet, 3>;
 
 /// The rays of a lens, in units of its focal lengths. Checked where it is made.
 class Laws {
@@ -35,10 +29,15 @@ private:
     }
     bool only_radial() const;
     double find_end();
+    std::optional<Two<double>> undistorted(const Two<double>& image) const;
+    double find_farthest() const;
 
     LensModel model_;
+    MapPixels map_pixels_;
     Rise rise_; ///< of the curve, at most to where it folds, or to its last angle
     std::optional<LensFold> fold_;
+    double farthest_ =
+        std::numeric_limits<double>::infinity(); ///< radius in the image of a distorted pinhole that has a ray
 };
 
 } // namespace fathom::lens

@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace fathom::lens {
 namespace {
@@ -24,16 +25,19 @@ Ray ray_of(const RayMap& map, int x, int y) {
     return length > 0 && std::isfinite(length) ? Ray(ray / length) : std::nullopt;
 }
 
-// The slope of what `at` gives for steps from a pixel; none without a neighbour.
+// The slope of what `at` gives for steps from a pixel, between the nearest others; none where all are far.
 template <typename At>
 Ray slope(const At& at) {
-    const Ray here = at(0), after = at(1), before = at(-1);
-    if (after && before) {
-        const Ray after2 = at(2), before2 = at(-2);
-        return after2 && before2 ? Vector((8 * (*after - *before) - (*after2 - *before2)) / 12)
-                                 : Vector((*after - *before) / 2);
+    constexpr int farthest = 16;
+    for (int far = 1; far <= farthest; ++far) {
+        const Ray after = at(far), before = at(-far);
+        if (far == 1 && after && before)
+            if (const Ray after2 = at(2), before2 = at(-2); after2 && before2)
+                return Vector((8 * (*after - *before) - (*after2 - *before2)) / 12);
+        if (after || before)
+            return Vector((after.value_or(*at(0)) - before.value_or(*at(0))) / (far * (after && before ? 2 : 1)));
     }
-    return after ? Ray(*after - *here) : before ? Ray(*here - *before) : std::nullopt;
+    return std::nullopt;
 }
 
 // A ray with its derivatives by pixels.
@@ -45,10 +49,14 @@ std::optional<Node> node_of(const RayMap& map, int x, int y) {
     const Ray ray = ray_of(map, x, y);
     if (!ray)
         return std::nullopt;
-    const Ray by_x = slope([&](int step) { return ray_of(map, x + step, y); }),
-              by_y = slope([&](int step) { return ray_of(map, x, y + step); });
-    if (!by_x || !by_y)
-        return std::nullopt;
+    Ray by_x = slope([&](int step) { return ray_of(map, x + step, y); }),
+        by_y = slope([&](int step) { return ray_of(map, x, y + step); });
+    if (!by_x && !by_y)
+        by_x = ray->unitOrthogonal(); // a radian a pixel: nobody can say
+    if (!by_x)
+        by_x = by_y->cross(*ray); // pixels are square
+    if (!by_y)
+        by_y = ray->cross(*by_x);
     const Ray a = ray_of(map, x + 1, y + 1), b = ray_of(map, x - 1, y + 1), c = ray_of(map, x + 1, y - 1),
               d = ray_of(map, x - 1, y - 1);
     return Node{*ray, *by_x, *by_y, a && b && c && d ? Vector((*a - *b - *c + *d) / 4) : Vector::Zero()};
@@ -61,11 +69,12 @@ std::optional<RayJets> mapped_ray(const RayMap& map, const Jet& x, const Jet& y)
     const double across = x.value - 0.5 - left, down = y.value - 0.5 - top;
     if (!(left >= -1 && top >= -1 && left < map.width && top < map.height))
         return std::nullopt;
+    constexpr double no_weight = 1e-12; // a position in a row of pixels, but for its rounding
     Node sum{Vector::Zero(), Vector::Zero(), Vector::Zero(), Vector::Zero()};
     for (const int i : {0, 1})
         for (const int j : {0, 1}) {
             const double weight = (i ? across : 1 - across) * (j ? down : 1 - down);
-            if (weight == 0)
+            if (weight <= no_weight)
                 continue;
             const auto node = node_of(map, static_cast<int>(left) + i, static_cast<int>(top) + j);
             if (!node)
@@ -83,7 +92,25 @@ std::optional<RayJets> mapped_ray(const RayMap& map, const Jet& x, const Jet& y)
     return jets;
 }
 
-Eigen::Vector2d step_towards(const Eigen::Vector3d& direction, const RayJets& ray) {
+double off_between_pixels(const RayMap& map) {
+    double most = 0;
+    for (int y = 1; y + 1 < map.height; ++y)
+        for (int x = 1; x + 1 < map.width; ++x) {
+            const Ray here = ray_of(map, x, y), a = ray_of(map, x - 1, y - 1), b = ray_of(map, x + 1, y - 1),
+                      c = ray_of(map, x - 1, y + 1), d = ray_of(map, x + 1, y + 1);
+            if (here && a && b && c && d)
+                most = std::max(most, ((*a + *b + *c + *d).normalized() - *here).norm() / 4 /
+                                          (std::min((*a - *d).norm(), (*b - *c).norm()) / std::sqrt(8)));
+        }
+    return most;
+}
+
+namespace {
+
+constexpr double half_pixel = 0.5 + 1e-6;
+
+// Newton's step in pixels from where a lens sees `ray` to where it sees the unit vector `direction`, by least squares.
+Eigen::Vector2d step_towards(const Vector& direction, const RayJets& ray) {
     Eigen::Matrix<double, 3, 2> slopes;
     Vector off;
     for (int c = 0; c < 3; ++c) {
@@ -91,33 +118,111 @@ Eigen::Vector2d step_towards(const Eigen::Vector3d& direction, const RayJets& ra
         slopes.row(c) << jet.x, jet.y;
         off[c] = direction[c] - jet.value;
     }
+    if (off.isZero(0)) // also where neighbours have the same ray
+        return Eigen::Vector2d::Zero();
     return (slopes.transpose() * slopes).inverse() * slopes.transpose() * off;
 }
 
-std::optional<Eigen::Vector2d> mapped_pixel(const RayMap& map, const Eigen::Vector3d& direction) {
-    double most = -2;
-    int column = 0, row = 0;
-    for (int y = 0; y < map.height; ++y)
-        for (int x = 0; x < map.width; ++x)
-            if (const Ray ray = ray_of(map, x, y); ray && ray->dot(direction) > most) {
-                most = ray->dot(direction);
-                column = x;
-                row = y;
+std::optional<RayJets> ray_at(const RayMap& map, const Eigen::Vector2d& at) {
+    return mapped_ray(map, Jet(at.x(), 1, 0, 0), Jet(at.y(), 0, 1, 0));
+}
+
+Eigen::Vector2d centre_of(const Eigen::Vector2i& pixel) {
+    return pixel.cast<double>() + Eigen::Vector2d(0.5, 0.5);
+}
+
+// Squared.
+double distance(const RayMap& map, const Eigen::Vector2i& pixel, const Vector& direction) {
+    const Ray ray = ray_of(map, pixel.x(), pixel.y());
+    return ray ? (*ray - direction).squaredNorm() : std::numeric_limits<double>::infinity();
+}
+
+// The pixel whose ray is the nearest one, from another on: the best of eight around it, as long as there is a better one, by ever
+// smaller steps. Pixels that are far from square need one of Newton's now and then.
+Eigen::Vector2i nearest(const RayMap& map, const Vector& direction, Eigen::Vector2i at, int step) {
+    double least = distance(map, at, direction);
+    const auto is_nearer = [&](const Eigen::Vector2i& other) {
+        const double there = distance(map, other, direction);
+        if (!(there < least))
+            return false;
+        least = there;
+        at = other;
+        return true;
+    };
+    while (step > 0) {
+        bool moved = false;
+        const Eigen::Vector2i middle = at;
+        for (const int j : {-step, 0, step})
+            for (const int i : {-step, 0, step})
+                moved |= is_nearer(middle + Eigen::Vector2i(i, j));
+        if (!moved && step == 1) {
+            Eigen::Vector2d way = step_towards(direction, *ray_at(map, centre_of(at)));
+            const double most = std::max(map.width, map.height), length = way.cwiseAbs().maxCoeff();
+            for (way *= std::min(1.0, most / length); !moved && way.cwiseAbs().maxCoeff() > 1; way /= 2)
+                moved = is_nearer(at + way.array().round().matrix().cast<int>());
+        }
+        if (!moved)
+            step /= 2;
+    }
+    return at;
+}
+
+// Where a direction is seen beside a pixel whose ray is near it, at most a pixel away from its centre.
+std::optional<Eigen::Vector2d> beside(const RayMap& map, const Vector& direction, const Eigen::Vector2d& centre) {
+    constexpr int most_steps = 20;
+    constexpr double near = 1e-9;
+    Eigen::Vector2d at = centre;
+    for (int i = 0; i < most_steps; ++i) {
+        const Eigen::Vector2d before = at;
+        // Beside the last row or column with rays, and beyond it, from there.
+        for (const Eigen::Vector2d& from : {before, {before.x(), centre.y()}, {centre.x(), before.y()}, centre})
+            if (const auto jets = ray_at(map, from)) {
+                at = from + step_towards(direction, *jets);
+                break;
             }
-    if (most < 0)
-        return std::nullopt;
-    Eigen::Vector2d at(column + 0.5, row + 0.5);
-    for (int i = 0; i < 8; ++i) {
-        const auto jets = mapped_ray(map, Jet(at.x(), 1, 0, 0), Jet(at.y(), 0, 1, 0));
-        if (!jets)
+        if (!((at - centre).cwiseAbs().maxCoeff() <= 1))
             return std::nullopt;
-        const Eigen::Vector2d step = step_towards(direction, *jets);
-        at += step;
-        if (!(step.norm() > 1e-9))
+        if ((at - before).norm() <= near)
             break;
     }
-    const Eigen::Vector2d away = at - Eigen::Vector2d(column + 0.5, row + 0.5);
-    return away.cwiseAbs().maxCoeff() <= 1 ? std::optional(at) : std::nullopt;
+    return at;
+}
+
+} // namespace
+
+MapPixels::MapPixels(const RayMap& map) {
+    constexpr double cells = 1024;
+    step_ = static_cast<int>(std::ceil(std::sqrt(1.0 * map.width * map.height / cells)));
+    for (int top = 0; top < map.height; top += step_)
+        for (int left = 0; left < map.width; left += step_) {
+            const auto add = [&](int x, int y) {
+                const Ray ray = ray_of(map, x, y);
+                if (ray)
+                    some_.push_back({{x, y}, *ray});
+                return ray.has_value();
+            };
+            bool added = add(left + step_ / 2, top + step_ / 2);
+            for (int i = 0; i < step_ * step_ && !added; ++i)
+                added = add(left + i % step_, top + i / step_);
+        }
+}
+
+std::optional<Eigen::Vector2d> MapPixels::at(const RayMap& map, const Vector& direction) const {
+    // A map may meet itself: around a panorama, or at its poles.
+    std::array<Pixel, 4> starts;
+    const auto far = [&](const Pixel& each) { return (each.ray - direction).squaredNorm(); };
+    const auto end = std::ranges::partial_sort_copy(some_, starts, {}, far, far).out;
+    std::optional<Eigen::Vector2d> found;
+    for (auto start = starts.begin(); start != end; ++start) {
+        const Eigen::Vector2i pixel = nearest(map, direction, start->at, step_);
+        if (!(distance(map, pixel, direction) < 2)) // 90 degrees
+            continue;
+        const auto at = beside(map, direction, centre_of(pixel));
+        if (at && (*at - centre_of(pixel)).cwiseAbs().maxCoeff() <= half_pixel)
+            return at;
+        found = found ? found : at;
+    }
+    return found;
 }
 
 } // namespace fathom::lens

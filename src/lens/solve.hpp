@@ -70,36 +70,44 @@ struct Linear {
     }
 };
 
-/// Where a map of the plane takes this value, from a first guess: Newton's steps, halved until the residual falls. None where the
-/// map turns over on the way, or where the residual stays.
+/// Where a map of the plane takes this value, near a place: Newton's steps. Each leaves less than a quarter of what the map is
+/// off by, also on the way to a fold, and more where it leaps over one. None then, or where the map has turned over.
 template <typename Map>
-std::optional<Two<double>> place_of(const Map& map, const Two<double>& value, Two<double> at) {
-    constexpr double good = 1e-12;
-    const auto residual = [&](const Linear<Map>& here) {
-        return std::hypot(here.image[0].value - value[0], here.image[1].value - value[1]);
-    };
-    double left = std::numeric_limits<double>::infinity();
-    Linear<Map> here(map, at);
-    for (int i = 0; i < 50; ++i) {
-        if (!(here.determinant() > 0))
+std::optional<Two<double>> place_beside(const Map& map, const Two<double>& value, Two<double> at) {
+    const double size = std::hypot(value[0], value[1]), good = 1e-12 * std::max(size, 1.0);
+    double last = std::numeric_limits<double>::infinity();
+    for (int i = 0; i < 100; ++i) { // halves alone would take 53
+        const Linear<Map> here(map, at);
+        const double across = here.image[0].value - value[0], down = here.image[1].value - value[1],
+                     left = std::hypot(across, down);
+        if (!(here.determinant() > 0) || !(left <= std::max(last / 4, good)))
             return std::nullopt;
-        left = residual(here);
-        if (left <= 0x1p-52 * std::hypot(value[0], value[1]))
-            break;
-        const Two<double> step = here.step(here.image[0].value - value[0], here.image[1].value - value[1]);
-        double share = 1;
-        const auto moved = [&] { return Two<double>{at[0] - share * step[0], at[1] - share * step[1]}; };
-        Linear<Map> next(map, moved());
-        while (share > 1e-4 && !(residual(next) < left)) {
-            share /= 2;
-            next = Linear<Map>(map, moved());
-        }
-        if (share <= 1e-4) // as near as doubles come, or stuck
-            break;
-        at = moved();
-        here = next;
+        if (left <= 0x1p-52 * size || !(left < last))
+            return at;
+        last = left;
+        const Two<double> step = here.step(across, down);
+        at = {at[0] - step[0], at[1] - step[1]};
     }
-    return left <= good ? std::optional(at) : std::nullopt;
+    return at;
+}
+
+/// The same for a map that leaves 0 in its place, along the straight line from there to the value. None where the map turns over
+/// on the way.
+template <typename Map>
+std::optional<Two<double>> place_from_middle(const Map& map, const Two<double>& value) {
+    constexpr double shortest = 1.0 / 512;
+    Two<double> at{0, 0};
+    for (double done = 0, part = 1; done < 1;) {
+        const double next = std::min(done + part, 1.0);
+        const auto found = place_beside(map, {next * value[0], next * value[1]}, at);
+        if (found) {
+            at = *found;
+            done = next;
+        } else if ((part /= 2) < shortest) {
+            return std::nullopt;
+        }
+    }
+    return at;
 }
 
 /// The derivatives of such a place.

@@ -47,7 +47,7 @@ std::vector<Band> bands(const RowNeeds& rows, std::size_t budget, std::string_vi
         const int least = std::clamp((read - height) / 8, std::min(rows.least, count), count);
         if (height <= least) {
             if (!what.empty())
-                refuse_budget(what, fewest, budget);
+                refuse_budget(what, fewest);
             return all;
         }
         const int parts = (count + height - 1) / height, more = std::max(parts + 1, parts * 11 / 10);
@@ -71,10 +71,9 @@ std::size_t budget_of(const Device& device) {
     return budget > 0 ? budget : no_budget;
 }
 
-void refuse_budget(std::string_view what, std::size_t needed, std::size_t budget) {
+void refuse_budget(std::string_view what, std::size_t needed) {
     constexpr std::size_t mebibyte = std::size_t{1} << 20;
-    throw Error(text(what, " needs a memory budget of ", (needed + mebibyte - 1) / mebibyte, " MiB, and has ",
-                     budget < mebibyte ? "less than 1" : std::to_string(budget / mebibyte), "; raise it"));
+    throw Error(text(what, " needs a memory budget of ", (needed + mebibyte - 1) / mebibyte, " MiB; raise it"));
 }
 
 } // namespace fathom

@@ -43,7 +43,7 @@ inline constexpr std::size_t no_budget = std::numeric_limits<std::ptrdiff_t>::ma
 /// The device's memory budget, or `no_budget`.
 std::size_t budget_of(const Device& device);
 
-/// Throws: Error that `what` needs so many bytes, of a budget of fewer.
-[[noreturn]] void refuse_budget(std::string_view what, std::size_t needed, std::size_t budget);
+/// Throws: Error that `what` needs so many bytes, and the budget is smaller.
+[[noreturn]] void refuse_budget(std::string_view what, std::size_t needed);
 
 } // namespace fathom

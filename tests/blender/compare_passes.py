@@ -295,30 +295,13 @@ def check_backs():
               f"backs: frame {number}, {here.sum()} of {cube.sum()} pixels of cubes end, 99.9 % within {error:.1e}")
 
 
-def lens_of(kind, data, width, height):
-    """The lens that Cycles' panoramic camera has, for a camera file."""
-    cycles = data.cycles
-    if kind == "EQUIRECTANGULAR":
-        ends = [(math.degrees(low), math.degrees(high)) for low, high in (
-            (cycles.longitude_min, cycles.longitude_max), (cycles.latitude_min, cycles.latitude_max))]
-        return {"lens": {"model": "equirectangular", "longitude_deg": ends[0], "latitude_deg": ends[1]}}
-    middle = {"cx": width / 2, "cy": height / 2}
-    if kind == "FISHEYE_EQUIDISTANT":  # the circle fills the frame
-        return {"lens": {"model": "equidistant"},
-                "intrinsics": {"fx": width / cycles.fisheye_fov, "fy": height / cycles.fisheye_fov, **middle}}
-    pixels_per_mm = width / data.sensor_width
-    if kind == "FISHEYE_EQUISOLID":
-        focal = cycles.fisheye_lens * pixels_per_mm
-        return {"lens": {"model": "equisolid"}, "intrinsics": {"fx": focal, "fy": focal, **middle}}
-    k = [getattr(cycles, f"fisheye_polynomial_k{i}") for i in range(5)]
-    return {"lens": {"model": "blender-polynomial", "k": k},
-            "intrinsics": {"fx": pixels_per_mm, "fy": pixels_per_mm, **middle}}
-
-
 def check_panoramas():
-    """Depth of a panoramic camera counts along rays, and those are the lens's."""
-    for kind, (width, height) in (("EQUIRECTANGULAR", (640, 320)), ("FISHEYE_EQUIDISTANT", (400, 400)),
-                                  ("FISHEYE_EQUISOLID", (480, 320)), ("FISHEYE_LENS_POLYNOMIAL", (480, 320))):
+    """Depth of a panoramic camera counts along rays, and those are the lens's, whatever part of the frame is written."""
+    for kind, (width, height), cropped in (
+            ("EQUIRECTANGULAR", (640, 320), False), ("EQUIRECTANGULAR", (640, 300), True),
+            ("FISHEYE_EQUIDISTANT", (400, 400), False), ("FISHEYE_EQUIDISTANT", (480, 400), True),
+            ("FISHEYE_EQUISOLID", (480, 320), False), ("FISHEYE_EQUISOLID", (320, 480), True),
+            ("FISHEYE_LENS_POLYNOMIAL", (480, 320), False), ("FISHEYE_LENS_POLYNOMIAL", (320, 480), True)):
         scene, camera = build_world()
         pose(camera, (0.5, -3, 1.9), 1.25, 0.3)
         scene.render.resolution_x, scene.render.resolution_y = width, height
@@ -326,16 +309,22 @@ def check_panoramas():
         camera.data.cycles.fisheye_fov = math.radians(200)
         if kind == "FISHEYE_LENS_POLYNOMIAL":
             camera.data.cycles.fisheye_polynomial_k0 = 0  # a lens that has a ray on its axis
-        stem = os.path.join(FOLDER, kind.lower())
+        if cropped:
+            camera.data.cycles.longitude_min, camera.data.cycles.latitude_max = -2, 1.1
+            camera.data.sensor_fit = "VERTICAL"
+            camera.data.sensor_height = 30
+            camera.data.shift_x, camera.data.shift_y = 0.12, -0.07
+            scene.render.pixel_aspect_y = 1.25
+            scene.render.use_border = scene.render.use_crop_to_border = True
+            scene.render.border_min_x, scene.render.border_max_x = 0.213, 0.871
+            scene.render.border_min_y, scene.render.border_max_y = 0.117, 0.905
+        stem = os.path.join(FOLDER, kind.lower() + ".part" * cropped)
         render(scene, stem)
         bpy.context.view_layer.update()
-        keys = {"width": width, "height": height, "view": export_camera.view(camera), "encoding": "ray-distance",
-                "background_from": 1e10, **lens_of(kind, camera.data, width, height)}
-        with open(f"{stem}.json", "w", encoding="utf-8") as file:
-            json.dump(keys, file)
+        [keys] = export_camera.export(scene, f"{stem}.json", [1])
         layers = {name.split(".", 1)[1]: values.astype(float) for name, values in read_exr(f"{stem}.0001.exr").items()}
         theirs = np.stack([layers[f"Position.{axis}"] for axis in "XYZ"], -1)
-        ours = fathom("unproject", f"{stem}.0001.exr", f"{stem}.json", "--space", "world")
+        ours = fathom("unproject", f"{stem}.0001.exr", keys, "--space", "world")
         place = np.array(camera.matrix_world.translation)
         distance, way = np.linalg.norm(theirs - place, axis=-1), ours - place
         # Cycles draws nothing outside the circle of a fisheye, and the angle that it ends at.
@@ -347,7 +336,7 @@ def check_panoramas():
         pixels = angle[seen] / np.median(apart[np.isfinite(apart)])
         check(seen.mean() > 0.3 and np.isfinite(length[seen]).all() and off.max() <= ROUNDINGS * 2.0 ** -24
               and np.quantile(pixels, POSITION_FRACTION) <= LENS_PIXELS,
-              f"{kind}: {seen.mean():.0%} of the pixels, distances within {off.max() * 2.0 ** 24:.1f} roundings, 99.9 % of the "
+              f"{kind}{' in part' * cropped}: {seen.mean():.0%} of the pixels, distances within {off.max() * 2.0 ** 24:.1f} roundings, 99.9 % of the "
               f"directions within {np.quantile(pixels, POSITION_FRACTION):.4f} of a pixel, all within {pixels.max():.4f}")
 
 
@@ -367,7 +356,12 @@ def check_refusals():
     refused("no place for the number", os.path.join(FOLDER, "one.json"), [1, 2])
     refused("no camera 'Nobody' at frame 1; it has: Camera", os.path.join(FOLDER, "refused.%04d.json"), [1], "Nobody")
     camera.data.type = "PANO"
-    refused("is of type PANO")
+    refused("is of type panorama in BLENDER_EEVEE")
+    scene.render.engine = "CYCLES"
+    for kind, text in (("MIRRORBALL", "is of type MIRRORBALL"), ("FISHEYE_LENS_POLYNOMIAL", "set the polynomial's k0 to 0")):
+        camera.data.cycles.panorama_type = kind
+        camera.data.update_tag()
+        refused(text)
     camera.data.type = "PERSP"
     scene.render.use_multiview = True
     refused("turn Stereoscopy off")

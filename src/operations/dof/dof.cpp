@@ -185,7 +185,7 @@ void check_budget(const Device& device, const ImageSize& size, std::size_t image
     std::size_t enough = (budget / step + 1) * step;
     while (!fits(enough))
         enough += step;
-    refuse_budget(text("dof of ", size, " pixels with circles of this size"), enough, budget);
+    refuse_budget(text("dof of ", size, " pixels with circles of this size"), enough);
 }
 
 int words_of(int tiles_across, int tiles_down) {

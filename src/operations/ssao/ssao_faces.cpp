@@ -99,8 +99,7 @@ std::shared_ptr<const PositionTable> positions_for(const Device& device, const C
                           {face.block.left, face.block.top, face.block.right, face.block.bottom, part.left, part.top,
                            part.right, part.bottom}};
     return runtime::kept<PositionTable>(device, key, [&] {
-        const lens::FacePositions made =
-            lens::positions_of(lens::CameraLens(camera), camera.width, camera.height, face, part);
+        const lens::FacePositions made = lens::positions_of(lens::CameraLens(camera), face, part);
         return std::make_shared<const PositionTable>(PositionTable{runtime::table(device, Element::u32, made.tiles),
                                                                    runtime::table(device, Element::f32, made.nodes),
                                                                    made.tiles_across, camera.lens->map});
@@ -252,12 +251,11 @@ private:
         std::size_t most = 0;
         for (const FaceCall& call : calls)
             most = std::max(most, bytes_of_face(call, options_, has_normals()));
-        const std::size_t needed = bytes_of_planes(stored_.image.width(), stored_.image.height()) + most,
-                          budget = budget_of(device_);
-        if (needed > budget)
+        const std::size_t needed = bytes_of_planes(stored_.image.width(), stored_.image.height()) + most;
+        if (needed > budget_of(device_))
             refuse_budget(
                 text("ssao of ", ImageSize{stored_.image.width(), stored_.image.height()}, " pixels through a lens"),
-                needed, budget);
+                needed);
     }
 
     bool has_normals() const { return options_.normals || fitted_; }
