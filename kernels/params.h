@@ -194,8 +194,13 @@ typedef struct {
     u32 x, y;           // the target's first pixel in the depth
     u32 depth_offset;   // of the face's depth
     float least_ahead;  // of a unit ray that the face has computed
+    int left, top, right, bottom; // the face's block in the depth
+    int fade_left, fade_top, fade_right; // where blocks begin or end that were there before, or far away
 } from_face_params;
-PARAMS(from_face_params, 80)
+PARAMS(from_face_params, 108)
+
+// Pixels on either side of the border of two blocks in which one face's results pass over into the other's.
+CONSTANT(lens_fade, 2)
 
 // Of the blocks of a face's whole image.
 typedef struct {

@@ -31,7 +31,7 @@ KERNEL void inverse_depth(__global const STORED* source, __global float* target,
     }
 
 #if LENS
-    const floatV q = 1.0f / lens_pixels(source, tiles, nodes, &grid, &depth, &lens, x, y).distance;
+    const floatV q = inverse_through_lens(source, tiles, nodes, &grid, &depth, &lens, x, y);
 #else
     const uint px = grid.pixel_x + x, py = grid.pixel_y + y;
     const floatV z = view_depth(load_stored(source, &grid, x, y, &depth), px, py, &depth, &rays);

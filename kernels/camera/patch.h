@@ -132,6 +132,18 @@ INLINE patch_rayV patch_rays(__global const uint* tiles, __global const float* n
     return ray;
 }
 
+// Which of these pixels have rays: within a patch all have.
+INLINE intV have_rays(__global const uint* tiles, __global const float* nodes, const lens_params* lens, uint x, uint y) {
+    const uintV columns = (uintV)x + LANE_INDEX(uint);
+    patch_place at = place_in_patches(tiles, nodes, lens, x, y);
+    floatV corner = (floatV)at.node[0].x;
+    for (uint next = at.start + at.size; next < x + V; next = at.start + at.size) {
+        at = place_in_patches(tiles, nodes, lens, next, y);
+        corner = select(corner, (floatV)at.node[0].x, columns >= next);
+    }
+    return corner == corner;
+}
+
 // The change of a slope from node to node, `slope` being its place in a node: by those on both sides that have rays.
 INLINE float4 bend_of_nodes(__global const float4* node, int step, uint place, int slope) {
     const uint last = (1u << lens_tile_shift) - 1;

@@ -44,6 +44,24 @@ INLINE floatV patch_distance(floatV depth, const patch_rayV* ray, const lens_par
 #endif
 }
 
+// The inverse of that distance, of V pixels of the image.
+INLINE floatV inverse_through_lens(__global const STORED* source, __global const uint* tiles, __global const float* nodes,
+                                   const grid_params* grid, const depth_params* depth, const lens_params* lens, uint x,
+                                   uint y) {
+    const uint px = grid->pixel_x + x, py = grid->pixel_y + y;
+    const floatV stored = view_depth(load_stored(source, grid, x, y, depth), px, py, depth, 0);
+#if ALONG == ALONG_RAY
+    return select((floatV)NAN, 1.0f / stored, have_rays(tiles, nodes, lens, px, py));
+#else
+    const patch_rayV ray = patch_rays(tiles, nodes, lens, px, py);
+#if ALONG == ALONG_AXIS
+    return select((floatV)NAN, ray.ahead.high / stored, ray.ahead.high >= lens->least_ahead);
+#else
+    return 1.0f / patch_distance(stored, &ray, lens);
+#endif
+#endif
+}
+
 // V pixels of a depth that was stored through a lens.
 typedef struct {
     intV background;

@@ -1,5 +1,6 @@
 // From a pinhole's result back to the pixels of the lens's image: of the four pixels around a ray, weighted bilinearly and by how
-// near they lie to the pixel's tangent plane, as joint_upsample.cl does.
+// near they lie to the pixel's tangent plane, as joint_upsample.cl does. Two faces' results are off by a few thousandths in
+// opposite directions where their blocks meet, over many pixels: there they pass over into each other.
 // Built for: LENS = 1; OUTPUT = 0 1 2
 
 #include "camera/patch.h"
@@ -23,8 +24,9 @@ INLINE placesV places_in_tile(__global const float* places, const face_params* p
                      fma(column, fma(column, (floatV)powers.s5, (floatV)powers.s3), (floatV)powers.s1)};
 }
 
-INLINE placesV places_on_face(__global const float* places, const face_params* p, const from_face_params* from, uint x,
-                              uint y, __global const uint* tiles, __global const float* nodes,
+// `beside`: the block, where tiles have polynomials of other faces.
+INLINE placesV places_on_face(__global const float* places, const face_params* p, const from_face_params* from,
+                              intV beside, uint x, uint y, __global const uint* tiles, __global const float* nodes,
                              const lens_params* lens) {
     placesV found = places_in_tile(places, p, x, x, y);
     if ((x & 15) + V > 16) { // a region's vectors need not begin with a tile
@@ -33,7 +35,7 @@ INLINE placesV places_on_face(__global const float* places, const face_params* p
         const placesV beyond = places_in_tile(places, p, next, x, y);
         found = (placesV){select(found.x, beyond.x, behind), select(found.y, beyond.y, behind)};
     }
-    const intV none = isnan(found.x);
+    const intV none = isnan(found.x) | beside;
     if (!any_of(none))
         return found;
     const patch_rayV ray = patch_rays(tiles, nodes, lens, x, y);
@@ -68,13 +70,45 @@ INLINE void pairs_at(__global const float* image, intV elements, floatV* left, f
 #undef PAIR_AT
 }
 
+// How many pixels these lie beside the block; 0 within it.
+INLINE intV pixels_beside(const from_face_params* from, uint x, uint y) {
+    const intV columns = (intV)(int)x + LANE_INDEX(int), across = max(from->left - columns, columns - (from->right - 1));
+    return max(max(across, max(from->top - (int)y, (int)y - (from->bottom - 1))), (intV)0);
+}
+
+// What the face's results weigh beside those that were there before.
+INLINE floatV fade_at(const from_face_params* from, uint x, uint y, intV beside) {
+    const intV columns = (intV)(int)x + LANE_INDEX(int);
+    const intV across = min(columns - from->fade_left, from->fade_right - 1 - columns);
+    const floatV pixels = convert_floatV(min(across, (int)y - from->fade_top)) + 0.5f;
+    const floatV weight = fma(pixels, (floatV)(0.5f / lens_fade), (floatV)0.5f);
+    return select(clamp(weight, (floatV)0.0f, (floatV)1.0f), (floatV)0.0f, beside > lens_fade);
+}
+
+// What was there before, and what the face has found: beside its block, where its results end, nothing.
+INLINE floatV passed_over(floatV before, floatV found, floatV fade, intV is_there) {
+    const floatV its = select((floatV)NAN, found, is_there);
+    const floatV value = select(fma(fade, its - before, before), its, (fade == 1.0f) | isnan(before));
+    return select(value, before, (fade == 0.0f) | ((fade < 1.0f) & isnan(its)));
+}
+
+// Stores what no other work-item does: others read what is there.
+INLINE void store_own(floatV value, uint first, int step, __global float* target) {
+    const float_lanes lanes = value;
+    for (uint i = first; i < V; ++i)
+        target[step * i] = ((const float*)&lanes)[i];
+}
+
 KERNEL void from_face(__global const float* planes, __global const float* depth, __global const float* results,
                       __global const float* places, __global float* target, const grid_params grid,
                       const face_params p, const from_face_params from LENS_ARGUMENTS) {
     const uint x = first_column(grid.x_begin, grid.x_end), y = (uint)get_global_id(1) + grid.y_begin;
     if (x >= grid.x_end)
         return;
-    const placesV place = places_on_face(places, &p, &from, grid.pixel_x + x, grid.pixel_y + y LENS_VALUES);
+    const intV beside = pixels_beside(&from, x, y);
+    const floatV fade = fade_at(&from, x, y, beside);
+    const placesV place =
+        places_on_face(places, &p, &from, beside > 0, grid.pixel_x + x, grid.pixel_y + y LENS_VALUES);
     const intV is_sampled = !isnan(place.x); // a ray from aside has no result
     // Pixels of the face, from the middle of its first one.
     const floatV column = clamp(place.x - p.first[0], (floatV)(float)from.first_column, (floatV)(float)from.last_column);
@@ -142,21 +176,37 @@ KERNEL void from_face(__global const float* planes, __global const float* depth,
         }
     }
     __global float* const to = target + grid.target_offset + (size_t)(y - from.y) * grid.target_stride + CHANNELS * (x - from.x);
+    const uint first = first_own_lane(x - grid.x_begin);
+    const bool fades = any_of((fade < 1.0f) | (beside > 0));
+    const intV is_there = (beside == 0) | is_sampled;
 #if OUTPUT == 2
     floatV turned[3];
     for (int i = 0; i < 3; ++i)
         turned[i] = fma(sum[0], (floatV)from.unit[i][0], fma(sum[1], (floatV)from.unit[i][1], sum[2] * from.unit[i][2]));
     const floatV length = sqrt(fma(turned[0], turned[0], fma(turned[1], turned[1], turned[2] * turned[2])));
-    for (int c = 0; c < 3; ++c) {
-        const floatV one = select((floatV)0.0f, turned[c] / length, surface & (length > 0.0f));
-        const float_lanes value = select((floatV)NAN, one, known);
-        for (int i = 0; i < V; ++i)
-            to[3 * i + c] = ((const float*)&value)[i];
+    for (int c = 0; c < 3; ++c)
+        turned[c] = select((floatV)NAN, select((floatV)0.0f, turned[c] / length, surface & (length > 0.0f)), known);
+    if (fades) {
+        for (int c = 0; c < 3; ++c) {
+            float lanes[V];
+            for (int i = 0; i < V; ++i)
+                lanes[i] = to[3 * i + c];
+            turned[c] = passed_over(*(const float_lanes*)lanes, turned[c], fade, is_there);
+        }
+        const floatV its = sqrt(fma(turned[0], turned[0], fma(turned[1], turned[1], turned[2] * turned[2])));
+        for (int c = 0; c < 3; ++c)
+            turned[c] = select(turned[c], turned[c] / its, (fade > 0.0f) & (fade < 1.0f) & (its > 0.0f));
     }
+    for (int c = 0; c < 3; ++c)
+        store_own(turned[c], first, 3, to + c);
 #else
     const floatV mean = min(max(sum[0] / whole, 0.0f), 1.0f);
     const floatV unknown = OUTPUT == 0 ? 1.0f : 0.0f;
-    const floatV found = select((floatV)1.0f, select(unknown, mean, whole > 0.0f), surface);
-    store_float(select((floatV)NAN, found, known), to);
+    const floatV one = select((floatV)1.0f, select(unknown, mean, whole > 0.0f), surface);
+    const floatV found = select((floatV)NAN, one, known);
+    if (fades)
+        store_own(passed_over(LOAD(float, to), found, fade, is_there), first, 1, to);
+    else
+        store_float(found, to);
 #endif
 }

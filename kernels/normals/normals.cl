@@ -46,51 +46,67 @@
 // and in a corner, 4.6. With more, bends of a few pixels count as rounding; with 2, terrain takes a quarter longer.
 #define WHOLE_ERROR 2.4f
 
-// `bend`: of the plane that is looked for.
-INLINE void nearest_plane(const window* w, floatV error, const bend* b, plane* p) {
-    const floatV tolerance = 4.0f * error, q = neighbour(w, 0, 0);
-    const floatV left2 = unbent_in_row(w, -2, b), left = unbent_in_row(w, -1, b), right = unbent_in_row(w, 1, b),
-                 right2 = unbent_in_row(w, 2, b);
-    const floatV above2 = unbent_in_column(w, -2, b), above = unbent_in_column(w, -1, b),
-                 below = unbent_in_column(w, 1, b), below2 = unbent_in_column(w, 2, b);
-    p->q = q;
 #if LENS
-    // Mostly all have all their neighbours, and then none needs to do with fewer.
-    const floatV from_left = fabs(fma((floatV)2.0f, left, -left2) - q),
-                 from_right = fabs(fma((floatV)2.0f, right, -right2) - q);
-    const floatV from_above = fabs(fma((floatV)2.0f, above, -above2) - q),
-                 from_below = fabs(fma((floatV)2.0f, below, -below2) - q);
-    if (!any_of(!((from_left + from_right) + (from_above + from_below) < INFINITY))) {
-        p->gx = slope_by(from_left, from_right, left2, left, q, right, right2, tolerance);
-        p->gy = slope_by(from_above, from_below, above2, above, q, below, below2, tolerance);
-        return;
-    }
-#endif
-    p->gx = slope(left2, left, q, right, right2, tolerance);
-    p->gy = slope(above2, above, q, below, below2, tolerance);
+// What two neighbours on either side say along a row or a column, with the bend in it.
+typedef struct {
+    floatV before, after;         // rises from one pixel to the next
+    floatV off_before, off_after; // by how much each side mispredicts the centre
+    floatV both_sides, all_five;  // slopes of more pixels
+} rises;
+
+INLINE rises rises_of(floatV before2, floatV before1, floatV centre, floatV after1, floatV after2) {
+    const floatV width = after1 - before1;
+    return (rises){centre - before1,
+                   after1 - centre,
+                   fma((floatV)2.0f, before1, -before2) - centre,
+                   fma((floatV)2.0f, after1, -after2) - centre,
+                   0.5f * width,
+                   0.1f * fma((floatV)2.0f, after2 - before2, width)};
 }
 
-#if LENS
-// The slope of the side that predicts the centre better, or the mean of both where both do about as well: near enough to tell how a
-// plane bends.
-INLINE floatV rough_slope(floatV before2, floatV before1, floatV centre, floatV after1, floatV after2, floatV tolerance) {
-    const floatV before = fabs(fma((floatV)2.0f, before1, -before2) - centre),
-                 after = fabs(fma((floatV)2.0f, after1, -after2) - centre);
-    const floatV rise = centre - before1, other = after1 - centre;
-    const intV first = before < after, both = (before <= fma((floatV)WORSE_SIDE, after, tolerance)) &
-                                              (after <= fma((floatV)WORSE_SIDE, before, tolerance));
-    const floatV nearest = select(other, rise, first | !(fabs(other) < INFINITY));
-    const floatV found = select(nearest, 0.5f * (rise + other), both);
+// The slope of the side that predicts the centre better: near enough to tell how a plane bends.
+INLINE floatV rough_slope(const rises* r, bool all) {
+    const intV first = fabs(r->off_before) < fabs(r->off_after);
+    if (all)
+        return select(r->after, r->before, first);
+    const floatV found = select(r->after, r->before, first | !(fabs(r->after) < INFINITY));
     return select((floatV)0.0f, found, fabs(found) < INFINITY);
 }
 
-INLINE bend rough_bend(const window* w, const bent_ray* ray, floatV q, floatV error) {
-    const floatV tolerance = 4.0f * error;
-    const floatV gx = rough_slope(neighbour(w, -2, 0), neighbour(w, -1, 0), q, neighbour(w, 1, 0), neighbour(w, 2, 0),
-                                  tolerance);
-    const floatV gy = rough_slope(neighbour(w, 0, -2), neighbour(w, 0, -1), q, neighbour(w, 0, 1), neighbour(w, 0, 2),
-                                  tolerance);
-    return bend_of(ray, q, gx, gy);
+// The slope at the centre, of which `second` and `third` are the derivatives.
+INLINE floatV slope_of_bent(const rises* r, floatV second, floatV third, bool all, floatV tolerance) {
+    const floatV sixth = (1.0f / 6.0f) * third;
+    const floatV before = r->before + fma((floatV)0.5f, second, -sixth),
+                 after = r->after - fma((floatV)0.5f, second, sixth);
+    floatV off_before = fabs(r->off_before + (second - third)), off_after = fabs(r->off_after + (second + third));
+    if (!all) {
+        off_before = best_misprediction(off_before, fabs(before));
+        off_after = best_misprediction(off_after, fabs(after));
+    }
+    return slope_by(off_before, off_after, before, after, r->both_sides - sixth, fma((floatV)-3.4f, sixth, r->all_five),
+                    tolerance);
+}
+
+// The plane of the nearest pixels, and how it bends.
+INLINE void nearest_plane(const window* w, const bent_ray* ray, floatV error, bend* b, plane* p) {
+    const floatV tolerance = 4.0f * error, q = neighbour(w, 0, 0);
+    const rises row = rises_of(neighbour(w, -2, 0), neighbour(w, -1, 0), q, neighbour(w, 1, 0), neighbour(w, 2, 0));
+    const rises column = rises_of(neighbour(w, 0, -2), neighbour(w, 0, -1), q, neighbour(w, 0, 1), neighbour(w, 0, 2));
+    // Mostly all have all their neighbours, and then none needs to do with fewer.
+    const floatV off =
+        (fabs(row.off_before) + fabs(row.off_after)) + (fabs(column.off_before) + fabs(column.off_after));
+    const bool all = !any_of(!(off < INFINITY));
+    *b = bend_of(ray, q, rough_slope(&row, all), rough_slope(&column, all));
+    p->q = q;
+    p->gx = slope_of_bent(&row, b->xx, b->xxx, all, tolerance);
+    p->gy = slope_of_bent(&column, b->yy, b->yyy, all, tolerance);
+}
+#else
+INLINE void nearest_plane(const window* w, floatV error, plane* p) {
+    const floatV tolerance = 4.0f * error, q = neighbour(w, 0, 0);
+    p->q = q;
+    p->gx = slope(neighbour(w, -2, 0), neighbour(w, -1, 0), q, neighbour(w, 1, 0), neighbour(w, 2, 0), tolerance);
+    p->gy = slope(neighbour(w, 0, -2), neighbour(w, 0, -1), q, neighbour(w, 0, 1), neighbour(w, 0, 2), tolerance);
 }
 #endif
 
@@ -141,7 +157,8 @@ INLINE void refit(const window* w, const int radius, int first, int last, floatV
 }
 
 // The plane of the window's pixels, from that of the nearest ones.
-INLINE void fit(const window* w, const grid_params* grid, uint y, floatV deviation, floatV error, const bend* b, plane* p) {
+INLINE void fit(const window* w, const grid_params* grid, uint y, floatV deviation, floatV error, const bend* b,
+                plane* p) {
     refit(w, SMALL_RADIUS, -SMALL_RADIUS, SMALL_RADIUS, fma((floatV)GUESS_NOISE, deviation, 2.0f * error),
           fma((floatV)GUESS_SLOPE_NOISE, deviation, GUESS_ERROR * error), b, p);
     const int first = RADIUS > depth_margin_rows ? -(int)y - depth_margin_rows : -RADIUS;
@@ -159,7 +176,7 @@ INLINE floatV component(const normal_params* p, int i, const plane* plane, float
 #endif
 
 KERNEL void normals(__global const float* source, __global float* target, const grid_params grid,
-                      const normal_params p LENS_ARGUMENTS) {
+                    const normal_params p LENS_ARGUMENTS) {
     const uint x = first_column(grid.x_begin, grid.x_end), begin = get_global_id(1) * ROWS;
     if (x >= grid.x_end || begin >= p.rows)
         return;
@@ -203,7 +220,7 @@ KERNEL void normals(__global const float* source, __global float* target, const 
         const intV whole = whole_plane(lines + i, fma((floatV)FIT_NOISE, deviation, WHOLE_ERROR * error), &found);
         if (any_of(surface & !whole)) {
             plane part;
-            nearest_plane(&w, fma((floatV)2.0f, deviation, error), &b, &part);
+            nearest_plane(&w, fma((floatV)2.0f, deviation, error), &part);
             fit(&w, &grid, y, deviation, error, &b, &part);
             found.q = select(part.q, found.q, whole);
             found.gx = select(part.gx, found.gx, whole);
@@ -211,9 +228,10 @@ KERNEL void normals(__global const float* source, __global float* target, const 
         }
 #else
 #if LENS
-        b = rough_bend(&w, &ray, q, fma((floatV)2.0f, deviation, error));
+        nearest_plane(&w, &ray, fma((floatV)2.0f, deviation, error), &b, &found);
+#else
+        nearest_plane(&w, fma((floatV)2.0f, deviation, error), &found);
 #endif
-        nearest_plane(&w, fma((floatV)2.0f, deviation, error), &b, &found);
 #if RADIUS > 0
         fit(&w, &grid, y, deviation, error, &b, &found);
 #endif

@@ -21,7 +21,8 @@
 
 #define THIN 0.25f // of the radius: what lies that far from its neighbours' planes is not part of them
 
-#define NARROW 0.25f // of such a distance: what neither side explains by more belongs to a neighbour twice as close as the other
+#define NARROW                                                                                                         \
+    0.25f // of such a distance: what neither side explains by more belongs to a neighbour twice as close as the other
 
 // Inverse depth of a neighbour; NaN for the background, because no slope may lead to it.
 INLINE floatV surface_only(floatV q) {
@@ -32,21 +33,23 @@ INLINE floatV surface_only(floatV q) {
 #endif
 }
 
-// How far a prediction from `nearby` and the pixel `beyond` it is off the centre. Without a pixel beyond, `nearby` itself is
-// the prediction. Infinite without a neighbour.
-INLINE floatV misprediction(floatV beyond, floatV nearby, floatV centre) {
-    const floatV two_taps = fabs(fma((floatV)2.0f, nearby, -beyond) - centre), one_tap = fabs(nearby - centre);
+// How far a prediction from two pixels is off the centre, or without the one beyond that of the other. Infinite without both.
+INLINE floatV best_misprediction(floatV two_taps, floatV one_tap) {
     const floatV error = select(one_tap, two_taps, two_taps < INFINITY);
     return select((floatV)INFINITY, error, error < INFINITY);
 }
 
-// The slope, where the sides mispredict the centre by `before` and `after`.
-INLINE floatV slope_by(floatV before, floatV after, floatV before2, floatV before1, floatV centre, floatV after1,
-                       floatV after2, floatV tolerance) {
+// That of a prediction from `nearby` and the pixel `beyond` it.
+INLINE floatV misprediction(floatV beyond, floatV nearby, floatV centre) {
+    const floatV two_taps = fabs(fma((floatV)2.0f, nearby, -beyond) - centre), one_tap = fabs(nearby - centre);
+    return best_misprediction(two_taps, one_tap);
+}
+
+// The slope, where the sides mispredict the centre by `before` and `after`, from those of one side, of both and of all five pixels.
+INLINE floatV slope_by(floatV before, floatV after, floatV one_before, floatV one_after, floatV both_sides,
+                       floatV all_five, floatV tolerance) {
     const floatV better = min(before, after), worse = max(before, after);
-    const floatV one_side = select(after1 - centre, centre - before1, before < after);
-    const floatV both_sides = 0.5f * (after1 - before1);
-    const floatV all_five = 0.1f * fma((floatV)2.0f, after2 - before2, after1 - before1);
+    const floatV one_side = select(one_after, one_before, before < after);
     const intV both = (worse <= fma((floatV)WORSE_SIDE, better, tolerance)) & (worse < INFINITY);
     const intV all = (worse <= tolerance) & (fabs(all_five) < INFINITY);
     const floatV chosen = select(select(one_side, both_sides, both), all_five, all);
@@ -56,8 +59,9 @@ INLINE floatV slope_by(floatV before, floatV after, floatV before2, floatV befor
 // dq/dx in inverse depth per pixel, or dq/dy. Neighbours that are NaN or infinite are never chosen; 0 where there are none.
 // `tolerance` is four times the bound of a stored value's error in q: what rounding alone can make of a prediction.
 INLINE floatV slope(floatV before2, floatV before1, floatV centre, floatV after1, floatV after2, floatV tolerance) {
-    return slope_by(misprediction(before2, before1, centre), misprediction(after2, after1, centre), before2, before1, centre,
-                    after1, after2, tolerance);
+    return slope_by(misprediction(before2, before1, centre), misprediction(after2, after1, centre), centre - before1,
+                    after1 - centre, 0.5f * (after1 - before1),
+                    0.1f * fma((floatV)2.0f, after2 - before2, after1 - before1), tolerance);
 }
 
 // The slope, except on objects one or two pixels wide. Two taps do not fit their plane, and planes of other objects must not

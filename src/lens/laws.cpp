@@ -14,6 +14,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <deque>
 #include <mutex>
 #include <numbers>
 #include <span>
@@ -162,9 +163,32 @@ Laws::Laws(const LensModel& model) : model_(model) {
         model_.k.resize(coefficient_names(model.law).size()); // those that are missing are 0
     if (model.map)
         map_pixels_ = MapPixels(*model.map);
+    // To find the end takes longer than some operations take for a large image, and each call asks for its lens.
+    struct Found {
+        LensLaw law;
+        std::vector<double> k;
+        Rise rise;
+        std::optional<LensFold> fold;
+        double farthest;
+    };
+    constexpr std::size_t most_found = 16;
+    static std::mutex mutex;
+    static std::deque<Found> all;
+    const std::scoped_lock lock(mutex);
+    const auto known =
+        std::ranges::find_if(all, [&](const Found& each) { return each.law == model_.law && each.k == model_.k; });
+    if (known != all.end()) {
+        rise_ = known->rise;
+        fold_ = known->fold;
+        farthest_ = known->farthest;
+        return;
+    }
     rise_ = Rise(curve(), find_end());
     if (model.law == LensLaw::brown && !only_radial())
         farthest_ = find_farthest();
+    all.push_front({model_.law, model_.k, rise_, fold_, farthest_});
+    if (all.size() > most_found)
+        all.pop_back();
 }
 
 bool Laws::only_radial() const {

@@ -176,12 +176,17 @@ bool same_lens(const Camera& a, const Camera& b) {
 
 namespace {
 
+// Columns after which a panorama begins again; 0 where it does not.
+int turn_of(const Camera& camera) {
+    return std::abs(lens::CameraLens(camera).turn() - camera.width) < 1e-3 ? camera.width : 0;
+}
+
 class ThroughLens {
 public:
     ThroughLens(const StoredDepth& stored, double radius, const SsaoOptions& options)
         : stored_(stored), radius_(radius), options_(options), device_(stored.image.device()), scratch_(device_),
           lens_(device_, stored.camera), faces_(faces_for(device_, stored.camera)),
-          fitted_(fits_normals(stored, options)) {}
+          fitted_(fits_normals(stored, options)), turn_(turn_of(stored.camera)) {}
 
     void run(const std::vector<Wanted>& results) {
         const Region region = region_of(stored_, options_);
@@ -192,12 +197,12 @@ public:
         const NearestTiles nearest = nearest_in_tiles(depth);
         std::vector<FaceCall> calls;
         for (const CoveredFace& each : faces_->all)
-            if (!is_empty(common(each.face.block, wanted)))
+            if (!pieces_of(each.face.block, wanted).empty())
                 calls.push_back({each.face, part_of_face(each, nearest), &each});
         require_budget(calls);
         make_planes(depth);
         for (const FaceCall& call : calls)
-            run(call, common(call.face.block, wanted), wanted, results);
+            run(call, wanted, results);
     }
 
 private:
@@ -209,6 +214,29 @@ private:
 
     PixelBox in_image() const {
         return {stored_.x, stored_.y, stored_.x + stored_.image.width(), stored_.y + stored_.image.height()};
+    }
+
+    // A part of the lens's image to which a face gives results, and the face's block, which may have gone around a panorama.
+    struct Piece {
+        PixelBox box, block;
+    };
+
+    // The block, and the strips beside it where its face's results pass over into those of other faces.
+    std::vector<Piece> pieces_of(const PixelBox& block, const PixelBox& wanted) const {
+        constexpr int fade = params::lens_fade, wide = 16; // as many columns as a vector has
+        const auto [left, top, right, bottom] = block;
+        std::vector<Piece> pieces;
+        for (const int shift : turn_ > 0 ? std::vector{0, turn_, -turn_} : std::vector{0})
+            for (const PixelBox& box : {PixelBox{left, top, right, bottom},
+                                        {left - wide, top - fade, left, bottom + fade},
+                                        {right, top - fade, right + wide, bottom + fade},
+                                        {left, top - fade, right, top},
+                                        {left, bottom, right, bottom + fade}}) {
+                const PixelBox there = common({box.left + shift, box.top, box.right + shift, box.bottom}, wanted);
+                if (!is_empty(there))
+                    pieces.push_back({there, {left + shift, top, right + shift, bottom}});
+            }
+        return pieces;
     }
 
     // Inverse distances of the nearest surfaces of tiles, from the one on that the depth's first pixel lies in.
@@ -305,8 +333,7 @@ private:
         p.rows = to_u32(call.part.height());
         p.stride = to_u32(depth.row_stride());
         p.tiles = to_u32(tiles);
-        const lens::CameraLens lens(stored_.camera);
-        p.turn = std::abs(lens.turn() - stored_.camera.width) < 1e-3 ? to_u32(stored_.camera.width) : 0;
+        p.turn = to_u32(turn_);
         p.camera_columns = to_u32(stored_.camera.width);
         p.camera_rows = to_u32(stored_.camera.height);
         p.left = to_u32(stored_.x);
@@ -343,9 +370,11 @@ private:
                         table.tiles.on(device_), table.nodes.on(device_), planes_, given, target, p, onto);
     }
 
-    void from_face(const FaceCall& call, const PixelBox& block, const Region& computed, const Image& depth,
+    void from_face(const FaceCall& call, const Piece& piece, const Region& computed, const Image& depth,
                    const Wanted& found, const Wanted& result, const PixelBox& wanted, const InverseDepthError& error) {
         const params::face_params p = parameters_of(call, depth, faces_->places_across);
+        constexpr int far = 1 << 24;
+        const PixelBox& block = piece.box;
         params::from_face_params from{.unit = {},
                                       .error = 4 * error.linear,
                                       .edge = 0.5f,
@@ -357,7 +386,21 @@ private:
                                       .x = to_u32(wanted.left - stored_.x),
                                       .y = to_u32(wanted.top - stored_.y),
                                       .depth_offset = to_u32(depth.offset()),
-                                      .least_ahead = static_cast<float>(1.001 * lens::least_part_ahead)};
+                                      .least_ahead = static_cast<float>(1.001 * lens::least_part_ahead),
+                                      .left = piece.block.left - stored_.x,
+                                      .top = piece.block.top - stored_.y,
+                                      .right = piece.block.right - stored_.x,
+                                      .bottom = piece.block.bottom - stored_.y,
+                                      .fade_left = -far,
+                                      .fade_top = -far,
+                                      .fade_right = far};
+        // Blocks to the left and above come first, and of a whole turn those on the right of the last ones.
+        if (call.face.block.left > 0)
+            from.fade_left = from.left;
+        if (call.face.block.top > 0)
+            from.fade_top = from.top;
+        if (call.face.block.right == turn_)
+            from.fade_right = from.right;
         for (int i = 0; i < 3; ++i)
             for (int j = 0; j < 3; ++j)
                 from.unit[i][j] = static_cast<float>(call.face.turn(j, i));
@@ -386,7 +429,7 @@ private:
                 stored.quadratic / static_cast<float>(face.least)};
     }
 
-    void run(const FaceCall& call, const PixelBox& block, const PixelBox& wanted, const std::vector<Wanted>& results) {
+    void run(const FaceCall& call, const PixelBox& wanted, const std::vector<Wanted>& results) {
         const auto table = positions_for(device_, stored_.camera, call.face, call.part);
         runtime::Scratch scratch(device_);
         const Eigen::Matrix3d straight = Eigen::Matrix3d::Identity();
@@ -420,7 +463,8 @@ private:
         const OnFace face{error, depth, call.covered->blocks.on(device_), call.covered->block_columns};
         occlude_in_bands(call.stored(depth), radius_, options, found, &face);
         for (std::size_t i = 0; i < results.size(); ++i)
-            from_face(call, block, computed, depth, found[i], results[i], wanted, error);
+            for (const Piece& piece : pieces_of(call.face.block, wanted))
+                from_face(call, piece, computed, depth, found[i], results[i], wanted, error);
     }
 
     const StoredDepth& stored_;
@@ -431,6 +475,7 @@ private:
     KernelLens lens_;
     std::shared_ptr<const LensFaces> faces_;
     bool fitted_;
+    int turn_;
     Image planes_, normals_, back_;
 };
 
