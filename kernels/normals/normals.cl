@@ -215,7 +215,9 @@ KERNEL void normals(__global const float* source, __global float* target, const 
 #endif
         const floatV deviation = (floatV)p.noise * size;
         plane found;
+#if LENS || RADIUS > 0
         bend b = no_bend();
+#endif
 #if BY_ROWS
         const intV whole = whole_plane(lines + i, fma((floatV)FIT_NOISE, deviation, WHOLE_ERROR * error), &found);
         if (any_of(surface & !whole)) {
