@@ -47,7 +47,8 @@ INLINE block_range blocks_behind(__global const float* blocks, const blur_params
             if (!any_of_8(some))
                 continue;
             // Two vectors: Oclgrind reads a number beside one as if it were one.
-            const float8 away_x = convert_float8(max(SIDE * max(columns - column, column - columns) - (SIDE - 1), (int8)0));
+            const float8 away_x =
+                convert_float8(max(SIDE * max(columns - column, column - columns) - (SIDE - 1), (int8)0));
             const float8 circles = *(__global const float8_anywhere*)(block + b->block_columns * b->block_rows);
             const float8 reach = (circles - circle) * 0.5f + 1.0f;
             some &= fma(away_x, away_x, (float8)(away_y * away_y)) <= reach * reach;
