@@ -5,6 +5,7 @@
 #include "images.hpp"
 #include "judge.hpp"
 #include "lens_blur.hpp"
+#include "test_device.hpp"
 
 #include <fathom/fathom.hpp>
 
@@ -501,6 +502,21 @@ TEST_CASE("dof: an antialiased edge has the same bits whether red or blue comes 
         Picture blue_first = picture;
         blue_first.color = turned(picture.color);
         CHECK(same_bits(turned(blurred(blue_first)), blurred(picture)));
+    }
+}
+
+// Without light above 1 a layer has half as many sums a pixel, fewer than a vector holds where a device computes one pixel.
+TEST_CASE("dof: accurate has the same bits for every vector width, with highlights and without", "[dof]") {
+    for (const bool bright : {true, false}) {
+        Picture picture = mixed();
+        for (float& value : picture.color)
+            value = bright ? value : std::min(value, 1.0f);
+        const DofOptions accurate{.quality = Quality::accurate};
+        const auto expected = blurred(picture, accurate);
+        for (const int vector_width : {1, 4, 8, 16}) {
+            INFO((bright ? "highlights" : "no highlights") << ", vectors of " << vector_width);
+            CHECK(same_bits(blurred(picture, accurate, test_device({.vector_width = vector_width})), expected));
+        }
     }
 }
 

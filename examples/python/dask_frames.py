@@ -22,7 +22,7 @@ def occlusion(file: str, folder: str) -> str:
 
 
 if __name__ == "__main__":
-    if len(sys.argv) < 4 or not sys.argv[1].isdecimal():
+    if len(sys.argv) < 4 or not sys.argv[1].isdecimal() or int(sys.argv[1]) == 0:
         sys.exit("usage: dask_frames.py WORKERS FOLDER DEPTH.npy...")
     workers, folder, *files = sys.argv[1:]
     cores = str(max(1, (os.cpu_count() or 1) // int(workers)))

@@ -29,9 +29,11 @@ struct DeviceArithmetic {
 /// roots are, and where a * b + c is rounded once. linearize and unproject correct their quotients by what these leave over, so
 /// that their errors stay those of their headers plus this. fog and dof are fractions of the brightest value, normals are unit
 /// vectors, and coc is in pixels. One sector of ssao more or less is a part in some hundreds. Where only denormals become 0,
-/// numbers are the same, except where a stored depth or a result is one.
+/// numbers are the same, except where a stored depth or a result is one. Nothing is stated of pixels of dof beside
+/// an edge that is decided otherwise, and through lenses of normals and ssao, which creases decide.
 namespace inexact {
-inline constexpr double linearize_ulp = 1, unproject_ulp = 1; ///< units in the last place
+inline constexpr double linearize_ulp = 1, unproject_ulp = 1;  ///< units in the last place
+inline constexpr double distance_error_through_lens = 0x1p-22; ///< of both through lenses, of the distance
 inline constexpr double normals_error = 1e-6, ssao_error = 2e-3, dof_masks_error = 1e-4, dof_error = 3e-6,
                         fog_error = 1e-6;
 } // namespace inexact

@@ -61,6 +61,9 @@ def arguments_of(name, settings):
         if prop.type == "FLOAT":  # A property holds 1.4 as 1.39999998.
             value = [float(f"{each:.7g}") for each in value] if prop.is_array else float(f"{value:.7g}")
         arguments[option["name"]] = int(value) if option.get("values") else value
+    for key, option in GROUPS[name][1].items():
+        if option["required"] and option["name"] not in arguments:
+            raise ValueError(f"{settings.bl_rna.properties[key].name} is not set; give one in Output Properties, Fathom")
     return arguments | ({"up": (0, 0, 1)} if "height_falloff" in arguments else {})  # as in the world of Blender
 
 
@@ -102,6 +105,10 @@ def write(path, pixels):
 
 def process(scene, name, operator):
     """Writes the result of an operation for each frame, and yields its path."""
+    if scene.render.is_movie_format:
+        raise ValueError("the output is a video, which holds no depth; switch on Passes for Fathom, and render again")
+    if scene.render.use_multiview:
+        raise ValueError("the frames are stereo; switch off Stereoscopy in Output Properties, and render each eye's camera")
     frames = range(scene.frame_start, scene.frame_end + 1, scene.frame_step)
     frames = frames if operator.frames == "RANGE" else [scene.frame_current]
     for number, keys, blurred in export_camera.camera_files(scene, frames):

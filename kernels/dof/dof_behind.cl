@@ -46,7 +46,9 @@ INLINE block_range blocks_behind(__global const float* blocks, const blur_params
             int8 some = (columns <= last) & (*(__global const float8_anywhere*)block > least + JUMP);
             if (!any_of_8(some))
                 continue;
-            const float8 away_x = convert_float8(max(SIDE * max(columns - column, column - columns) - (SIDE - 1), 0));
+            // Two vectors: Oclgrind reads a number beside one as if it were one.
+            const float8 away_x =
+                convert_float8(max(SIDE * max(columns - column, column - columns) - (SIDE - 1), (int8)0));
             const float8 circles = *(__global const float8_anywhere*)(block + b->block_columns * b->block_rows);
             const float8 reach = (circles - circle) * 0.5f + 1.0f;
             some &= fma(away_x, away_x, (float8)(away_y * away_y)) <= reach * reach;
@@ -122,7 +124,7 @@ INLINE size_t nearest_behind(__global const float* layers, __global const float*
             const float8 reach =
                 (*(__global const float8_anywhere*)(block + b->block_columns * b->block_rows) - circle) * 0.5f + 1.0f;
             const float8 away_x =
-                convert_float8(max(max(SIDE * columns - column, column - SIDE * columns - (SIDE - 1)), 0));
+                convert_float8(max(max(SIDE * columns - column, column - SIDE * columns - (SIDE - 1)), (int8)0));
             const float8 away = fma(away_x, away_x, (float8)(away_y * away_y));
             some &= (away <= nearest) & (away <= reach * reach);
             if (!any_of_8(some))

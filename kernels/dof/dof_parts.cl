@@ -141,8 +141,15 @@ INLINE void add_pixels(__global const float* here, int x, int y, __global const 
 #else
 #define SUMS_AT(pointer) (*(__global const sums_of_pixel*)(pointer))
 #define FLOATS_AT(pointer) (*(__global const floats_of_pixels*)(pointer))
-#define VECTORS (V * WIDTH / 16)
-typedef float16 __attribute__((aligned(4))) floats_of_pixels;
+#if V * WIDTH < 16
+typedef float8 several;
+#define SEVERAL 8
+#else
+typedef float16 several;
+#define SEVERAL 16
+#endif
+#define VECTORS (V * WIDTH / SEVERAL)
+typedef several __attribute__((aligned(4))) floats_of_pixels;
 
 // The half-planes of V pixels, as rows cut them.
 typedef struct {
@@ -152,18 +159,18 @@ typedef struct {
 
 // Adds one row of strips over the whole aperture around V pixels, which lie side by side in vectors.
 INLINE void add_row(__global const float* from, __global const span_params* span, __global const span_params* last,
-                    float16 scale, float16* even) {
-    float16 whole[VECTORS];
+                    several scale, several* even) {
+    several whole[VECTORS];
 #pragma unroll
     for (int i = 0; i < VECTORS; ++i)
         whole[i] = 0.0f;
     for (; span < last; ++span) {
         __global const float* low = from + span->low * WIDTH;
         __global const float* high = from + span->high * WIDTH;
-        const float16 weight = span->weight;
+        const several weight = span->weight;
 #pragma unroll
         for (int i = 0; i < VECTORS; ++i)
-            whole[i] = fma(weight, FLOATS_AT(high + 16 * i) - FLOATS_AT(low + 16 * i), whole[i]);
+            whole[i] = fma(weight, FLOATS_AT(high + SEVERAL * i) - FLOATS_AT(low + SEVERAL * i), whole[i]);
     }
 #pragma unroll
     for (int i = 0; i < VECTORS; ++i)
@@ -272,14 +279,14 @@ KERNEL void dof_parts(__global const float* source, __global const uint* list, _
 #else
     __global const span_params* spans = (__global const span_params*)tables;
     starts += (long)s.starts + y % pitch * height - y / pitch + s.reach; // of row 0
-    float16 wholes[VECTORS];
+    several wholes[VECTORS];
 #pragma unroll
     for (int i = 0; i < VECTORS; ++i)
         wholes[i] = 0.0f;
     for (int row = begin; row < end; ++row) {
-        float16 scale = 1.0f;
+        several scale = 1.0f;
         const float away = ((float)(row * pitch - y) + 0.5f * (float)(pitch - 1)) * part.down;
-        for (int i = MOMENT_DOWN; i < 16; i += WIDTH)
+        for (int i = MOMENT_DOWN; i < SEVERAL; i += WIDTH)
             ((float*)&scale)[i] = away;
         add_row(block + (size_t)(row - first) * s.strip_row, spans + starts[row], spans + starts[row + 1], scale,
                 wholes);

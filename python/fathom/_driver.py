@@ -22,9 +22,18 @@ def _installed() -> str | None:
     return next((os.path.realpath(file.locate()) for file in files if file.name == "libintelocl.so"), None)
 
 
+def _refused() -> list[str]:
+    """The variables that refuse the driver."""
+    if (said := os.environ.get("FATHOM_CPU", "")) not in ("", "off"):
+        raise ValueError(f"FATHOM_CPU={said}: the only value is off, which refuses the driver of fathom-depth[cpu]")
+    named = os.environ.get("OCL_ICD_VENDORS")
+    of_other = named is not None and os.path.realpath(named) != _installed()
+    return ["FATHOM_CPU=off"] * (said == "off") + ["OCL_ICD_VENDORS"] * of_other
+
+
 def _driver() -> str | None:
-    refused = os.environ.get("FATHOM_CPU") == "off" or "OCL_ICD_VENDORS" in os.environ
-    return None if refused or glob.glob(_OF_SYSTEM) else _installed()
+    found_anyway = glob.glob(_OF_SYSTEM) and "OCL_ICD_VENDORS" not in os.environ
+    return None if _refused() or found_anyway else _installed()
 
 
 def _prefer_own(folder: str) -> None:
@@ -36,10 +45,11 @@ def _prefer_own(folder: str) -> None:
             ctypes.CDLL(os.path.join(folder, name), ctypes.RTLD_GLOBAL)
 
 
-if _found := _driver():
+if (_found := _driver()) and os.path.exists(_found):
     _prefer_own(os.path.dirname(_found))
-    os.environ["OCL_ICD_VENDORS"] = _found
-    try:
-        devices()
-    finally:
-        del os.environ["OCL_ICD_VENDORS"]  # other processes look themselves
+    if "OCL_ICD_VENDORS" not in os.environ:
+        os.environ["OCL_ICD_VENDORS"] = _found
+        try:
+            devices()
+        finally:
+            del os.environ["OCL_ICD_VENDORS"]  # other processes look themselves

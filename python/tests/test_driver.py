@@ -27,6 +27,7 @@ class Installed(PurePosixPath):
 @pytest.fixture
 def alone(monkeypatch):
     """The extra is installed, and nothing else is there."""
+    monkeypatch.setattr(os.path, "exists", lambda _: True)
     monkeypatch.delenv("OCL_ICD_VENDORS", raising=False)
     monkeypatch.delenv("FATHOM_CPU", raising=False)
     monkeypatch.setattr(glob, "glob", lambda _: [])
@@ -46,6 +47,18 @@ def test_a_variable_refuses_it(alone, monkeypatch, name, value):
 def test_a_driver_of_the_system_comes_first(alone, monkeypatch):
     monkeypatch.setattr(glob, "glob", lambda pattern: [pattern.replace("*", "pocl")])
     assert driver._driver() is None
+
+
+def test_a_variable_that_names_it_takes_it_like_no_variable(alone, monkeypatch):
+    """So that its libraries come before those that others have loaded, whatever the system has."""
+    monkeypatch.setattr(glob, "glob", lambda _: ["dead.icd"])
+    monkeypatch.setenv("OCL_ICD_VENDORS", "/there/lib/../lib/libintelocl.so")
+    assert driver._driver() == "/there/lib/libintelocl.so"
+
+
+def test_another_value_is_refused_by_name():
+    done = run("fathom.devices()", FATHOM_CPU="no")
+    assert "ValueError: FATHOM_CPU=no: the only value is off" in done.stderr
 
 
 @pytest.mark.parametrize("files", [None, [], [Installed("/there/lib/cl.cfg")]])
@@ -73,6 +86,7 @@ def test_without_the_extra_there_is_none(alone, monkeypatch):
         (True, ["a.icd"], {"FATHOM_CPU": "off", "OCL_ICD_VENDORS": ""}, "unset FATHOM_CPU=off and OCL_ICD_VENDORS, for"),
         (True, ["a.icd"], {}, "and OCL_ICD_VENDORS=/there/lib/libintelocl.so takes it in spite of a.icd"),
         (True, [], {}, "is /there/lib/libintelocl.so, which fails; pip install --force-reinstall"),
+        (True, ["a.icd"], {"OCL_ICD_VENDORS": "/there/lib/libintelocl.so"}, "which fails; pip install --force-reinstall"),
     ],
 )
 def test_without_a_device_the_message_says_what_becomes_of_the_extra(alone, monkeypatch, installed, icds, variables, words):
@@ -83,6 +97,12 @@ def test_without_a_device_the_message_says_what_becomes_of_the_extra(alone, monk
         monkeypatch.setenv(name, value)
     cure = importlib.import_module("fathom._no_driver").cure()
     assert words in cure and installed == ("pip install \"" not in cure)
+
+
+def test_files_that_pip_has_left_out_are_named(alone, monkeypatch):
+    monkeypatch.setattr(os.path, "exists", lambda _: False)
+    cure = importlib.import_module("fathom._no_driver").cure()
+    assert cure.startswith("/there/lib/libintelocl.so is missing, which pip install --target leaves out")
 
 
 def test_import_looks_for_no_driver():

@@ -181,7 +181,7 @@ def test_dask_frames(tmp_path):
         depth = numpy.where(numpy.hypot(x - 200 - 60 * n, y - 240) < 90, 1850, 2000 + x // 8).astype(numpy.uint16)
         files.append(tmp_path / f"frame{n}.npy")
         numpy.save(files[-1], depth)
-    for wrong in ([], ["here", tmp_path, *files]):
+    for wrong in ([], ["here", tmp_path, *files], [0, tmp_path, *files]):
         done = subprocess.run([sys.executable, EXAMPLES / "dask_frames.py", *map(str, wrong)], capture_output=True, text=True)
         assert (done.returncode, done.stderr) == (1, "usage: dask_frames.py WORKERS FOLDER DEPTH.npy...\n")
     said = example("dask_frames.py", 2, tmp_path, *files, cwd=tmp_path)

@@ -43,7 +43,8 @@ struct Alternative {
     double parameter; ///< the rays of a sample are those of the camera
     std::string meaning = {};
     bool raw = false;        ///< the rays are those of the raw image, which are bent
-    std::size_t flat = 0;    ///< windows that are flat with it, and bent as the camera has it
+    std::size_t places = 0;  ///< windows without an edge that may tell it from what the camera says
+    std::size_t flat = 0;    ///< of these, flat with it, and bent as the camera has it
     std::size_t against = 0; ///< and where it is the other way round
 };
 
@@ -313,7 +314,6 @@ std::optional<std::string> flat_surfaces_doubt(const Subject& subject) {
         for (const float value : sampled.values)
             if (std::isfinite(value))
                 farthest = std::max(farthest, form.farther * value);
-    std::size_t places = 0; // without an edge, that tell descriptions apart
     Descriptions::Samples samples;
     Descriptions::Chosen chosen;
     for (const Sampled& sampled : subject.windows) {
@@ -349,13 +349,15 @@ std::optional<std::string> flat_surfaces_doubt(const Subject& subject) {
                               rest <= alike_noise * noise_between(sampled);
         if (!is_noise && rest > std::max(smooth_of * (high - low), of_known.flat * rounded))
             continue;
-        ++places;
         const std::vector<Verdict> verdicts = judge(misfits, std::max(rest, rounded), rounded, of_known);
-        if (verdicts.empty())
-            continue;
         // A sky, or a sensor's farthest distance, is flat under some description, and no surface.
         const bool may_be_sky = low == high && static_cast<double>(form.farther) * low == static_cast<double>(farthest);
         for (std::size_t i = 0; i < others.size(); ++i) {
+            // A wall that is seen straight on is flat whether a distortion has been undone or not.
+            const auto [less, more] = std::minmax(misfits.front(), misfits[i + 1]);
+            others[i].places += !may_be_sky && more > of_known.apart * std::max(less, rounded);
+            if (verdicts.empty())
+                continue;
             others[i].flat += !may_be_sky && verdicts.front() == Verdict::bent &&
                               misfits.front() > of_rounding * rounded && verdicts[i + 1] == Verdict::flat;
             others[i].against += verdicts.front() == Verdict::flat && verdicts[i + 1] == Verdict::bent;
@@ -363,7 +365,7 @@ std::optional<std::string> flat_surfaces_doubt(const Subject& subject) {
     }
     const auto best = std::ranges::max_element(others, {}, &Alternative::flat);
     if (best == others.end() || best->flat < few_windows ||
-        (form.perspective ? least_part : least_part_orthographic) * best->flat < places ||
+        (form.perspective ? least_part : least_part_orthographic) * best->flat < best->places ||
         best->flat <= to_one * best->against)
         return std::nullopt;
     if (best->raw)

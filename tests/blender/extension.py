@@ -166,7 +166,7 @@ def check_mistakes(scene):
     refused("ssao", ["thickness", "switch one of them off"])
     settings.ssao.use_thickness = False
     settings.ssao.normals = True
-    refused("fog", ["density"])
+    refused("fog", ["Density is not set"])
     settings.fog.density = 0.1
 
     camera.dof.use_dof = True
@@ -211,6 +211,13 @@ def check_mistakes(scene):
     check(not settings.passes, "a PNG has no passes")
     bpy.ops.render.render(animation=True)
     refused("fog", ["frame.0001.png has no Z pass", "switch on Passes for Fathom"])
+    render.use_multiview = True
+    refused("fog", ["stereo", "switch off Stereoscopy"])
+    render.use_multiview = False
+    if hasattr(render.image_settings, "media_type"):
+        render.image_settings.media_type = "VIDEO"
+    render.image_settings.file_format = "FFMPEG"
+    refused("fog", ["is a video", "switch on Passes for Fathom"])
 
 
 def finish():
