@@ -3,7 +3,7 @@
 //   back    inverse depth of the end of what is assumed solid behind it
 //   slopes  of the tangent plane on the screen, right and down, from neighbouring depths or from given normals
 // Outside the image there is nothing, or the border's pixels again.
-// Built for: THICKNESS = 0 1 2 3; GIVEN_NORMALS = 0 1 2; CLAMP = 0 1
+// Built for: THICKNESS = 0 1 2 3; GIVEN_NORMALS = 0 1 2 3; CLAMP = 0 1
 
 #include "ssao/blocks.h"
 #include "ssao/lattice.h"
@@ -19,7 +19,7 @@
 #endif
 #ifndef GIVEN_NORMALS
 #error                                                                                                                 \
-    "GIVEN_NORMALS is not defined: 1 where normals come as an image, 2 where they were fitted to the depths, 0 for neither"
+    "GIVEN_NORMALS is not defined: 1 where normals come as an image, 2 where they were fitted to the depths, 3 where slopes do, 0 for none"
 #endif
 #ifndef CLAMP
 #error "CLAMP is not defined: 1 to repeat the border outside the image, 0 for nothing there"
@@ -43,7 +43,7 @@ INLINE floatV row_at(__global const float* image, const grid_params* grid, int e
     return *(const float_lanes*)lanes;
 }
 
-#if GIVEN_NORMALS != 1
+#if GIVEN_NORMALS == 0 || GIVEN_NORMALS == 2
 // Pixels of the image, also where the work-item's are every second one. The border does not repeat, so slopes are one-sided
 // there.
 INLINE floatV neighbours_at(__global const float* image, const grid_params* pixels, int x, int y) {
@@ -75,7 +75,7 @@ INLINE intV has_crease(const floatV* nearby, floatV q, floatV tolerance) {
 }
 #endif
 
-#if GIVEN_NORMALS
+#if GIVEN_NORMALS == 1 || GIVEN_NORMALS == 2
 // The tangent plane n.(P - P_c) = 0 on the screen: q's slope is q (n.step) / (n.direction), with q = 1 in the first
 // factor for an orthographic camera. If a normal points away from the camera, its surface is taken to face the camera.
 INLINE void slopes_of(__global const float* normals, const source_params* source, const split_params* split,
@@ -144,10 +144,16 @@ KERNEL void ssao_planes(__global const float* depth, __global const float* extra
                          surface & (end <= q));
 #endif
         floatV right, down;
-#if GIVEN_NORMALS
+#if GIVEN_NORMALS == 3
+        grid_params slopes_grid = grid;
+        slopes_grid.source_offset = normals_source.offset;
+        slopes_grid.source_stride = normals_source.stride;
+        const floatV given = row_at(normals, &slopes_grid, EVERY, x, y, 0.0f);
+        right = EVERY * slope_right(given), down = EVERY * slope_down(given);
+#elif GIVEN_NORMALS
         slopes_of(normals, &normals_source, &split, &occlusion, x, y, q, fx, fy, &right, &down);
 #endif
-#if GIVEN_NORMALS != 1
+#if GIVEN_NORMALS == 0 || GIVEN_NORMALS == 2
         const floatV tolerance = 4.0f * depth_error(&occlusion, q);
         const int ix = EVERY * (x + (int)grid.pixel_x) - (int)pixels.pixel_x; // of the image
         const int iy = EVERY * (y + (int)grid.pixel_y) - (int)pixels.pixel_y;
