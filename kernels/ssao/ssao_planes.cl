@@ -8,8 +8,8 @@
 #include "ssao/blocks.h"
 #include "ssao/lattice.h"
 #include "ssao/ray.h"
-#include "normals/slope.h"
 #include "ssao/split.h"
+#include "ssao/wall.h"
 
 #ifndef PERSPECTIVE
 #error "PERSPECTIVE is not defined: 1 where rays meet in the camera centre, 0 where they are parallel (orthographic)"
@@ -63,16 +63,6 @@ INLINE floatV across_gaps(floatV found, const floatV* nearby, floatV q, floatV s
     return select(found, wide, gap & (fabs(off) < step));
 }
 
-#endif
-
-#if !GIVEN_NORMALS
-#define EVEN 1e-3f // relative difference of two squares of slopes that are taken for the same
-
-// Do both sides fit the pixel, and neither the other? Then a crease passes through it.
-INLINE intV has_crease(const floatV* nearby, floatV q, floatV tolerance) {
-    const floatV before = misprediction(nearby[0], nearby[1], q), after = misprediction(nearby[3], nearby[2], q);
-    return (max(before, after) <= tolerance) & (nearby[1] + nearby[2] - 2.0f * q > 2.0f * tolerance);
-}
 #endif
 
 #if GIVEN_NORMALS == 1 || GIVEN_NORMALS == 2
@@ -169,22 +159,10 @@ KERNEL void ssao_planes(__global const float* depth, __global const float* extra
         down = slope(along[0], along[1], q, along[2], along[3], tolerance);
         const intV folded_across = has_crease(across, q, tolerance), folded_along = has_crease(along, q, tolerance);
         if (any_of(folded_across | folded_along)) {
-            // The plane of the flatter wall, or of the left one if they are equally steep: one between both would be too open.
-            const floatV left = q - across[1], above = q - along[1];
-            const floatV to_right = select(right, across[2] - q, folded_across), below = select(down, along[2] - q, folded_along);
-            const floatV to_left = select(right, left, folded_across), to_above = select(down, above, folded_along);
-            // What the corners lie off the planes of either pairing, the closer of two: another object may cover one.
-            const floatV together = fmin(fabs(neighbours_at(depth, &pixels, ix + 1, iy + 1) - q - (to_right + below)),
-                                         fabs(neighbours_at(depth, &pixels, ix - 1, iy - 1) - q + (to_left + to_above)));
-            const floatV apart = fmin(fabs(neighbours_at(depth, &pixels, ix + 1, iy - 1) - q - (to_right - to_above)),
-                                      fabs(neighbours_at(depth, &pixels, ix - 1, iy + 1) - q + (to_left - below)));
-            const intV same = (together < apart) | !(folded_across & folded_along);
-            const floatV of_right = select(to_above, below, same), of_left = select(below, to_above, same);
-            const floatV steep_right = fma(to_right, to_right, of_right * of_right);
-            const floatV steep_left = fma(to_left, to_left, of_left * of_left);
-            const intV flatter = steep_left - steep_right > EVEN * (steep_right + steep_left);
-            right = select(to_left, to_right, flatter);
-            down = select(of_left, of_right, flatter);
+            const floatV corners[4] = {
+                neighbours_at(depth, &pixels, ix - 1, iy - 1), neighbours_at(depth, &pixels, ix + 1, iy - 1),
+                neighbours_at(depth, &pixels, ix - 1, iy + 1), neighbours_at(depth, &pixels, ix + 1, iy + 1)};
+            take_wall(across, along, corners, q, folded_across, folded_along, &right, &down);
         }
 #endif
         const floatV step = fma((PERSPECTIVE ? q * q : (floatV)1.0f) / ray_length(&occlusion, fx, fy),
