@@ -6,7 +6,7 @@
 
 #include "faces/crease.h"
 #include "normals/bent.h"
-#include "normals/slope.h"
+#include "ssao/wall.h"
 
 #ifndef GIVEN
 #error "GIVEN is not defined: 1 where the planes are those of given normals, 0 where they come from the depth"
@@ -33,6 +33,7 @@ INLINE void column_of(const window* w, int dx, const bend* b, floatV* nearby) {
 #endif
 
 #if !GIVEN
+#define MOST_BENT 4.0f // times the inverse distance and the square of a pixel's angle: what a plane may bend by
 #define LEAST_CREASE 0.5f // widths of a pixel that the walls differ by from a pixel to the next
 
 // A crease towards the neighbour `near`, behind which `far` lies: each wall's plane misses the other's pixel on the same side.
@@ -97,10 +98,18 @@ INLINE void lens_plane(__global const float* depth, __global const float* normal
             down = select(down, slope_of(along, q, step, tolerance), bends);
         }
     }
-    m = plane_of(ray, q, right, down);
     const floatV wide = fma(ray->x.x, ray->x.x, fma(ray->y.x, ray->y.x, ray->z.x * ray->z.x));
     const floatV high = fma(ray->x.y, ray->x.y, fma(ray->y.y, ray->y.y, ray->z.y * ray->z.y));
-    const floatV least = fma(LEAST_CREASE * q, sqrt(max(wide, high)), tolerance);
+    const floatV square = max(wide, high), bent = fma(MOST_BENT * q, square, tolerance);
+    const intV folded_across = has_crease(across, q, bent), folded_along = has_crease(along, q, bent);
+    if (any_of(folded_across | folded_along)) {
+        floatV corners[4];
+        for (int i = 0; i < 4; ++i)
+            corners[i] = surface_only(neighbour(&w, 2 * (i & 1) - 1, 2 * (i >> 1) - 1));
+        take_wall(across, along, corners, q, folded_across, folded_along, &right, &down);
+    }
+    m = plane_of(ray, q, right, down);
+    const floatV least = fma(LEAST_CREASE * q, sqrt(square), tolerance);
     floatV most = 0.0f;
     intV crease = -1;
     look_for_crease(q, right, across[2], across[3], least, CREASE_RIGHT, &most, &crease);

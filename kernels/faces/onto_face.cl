@@ -1,8 +1,9 @@
 // A lens's image onto a pinhole's: each pixel takes the tangent plane of the pixel of the lens that it looks at, and its inverse
-// depth there. So planes stay planes, and nothing is mixed across edges.
+// depth there, with its slopes. So planes stay planes, and nothing is mixed across edges.
 // Built for: ONTO = 0 1 2 3
 
 #include "faces/face.h"
+#include "ssao/split.h"
 
 #ifndef ONTO
 #error "ONTO is not defined: 0 inverse depth, 1 a number of each pixel, 2 a second layer's inverse depth, 3 a direction"
@@ -63,7 +64,7 @@ INLINE intV seen_from(__global const uint* tiles, __global const float* nodes, c
 
 // What pixels x to x + V - 1 of row y of the part see.
 INLINE void onto_target(intV seen, __global const float* planes, __global const float* given, __global float* to,
-                        const face_params* p, const onto_face_params* onto, uint x, uint y) {
+                        __global float* slopes, const face_params* p, const onto_face_params* onto, uint x, uint y) {
 #if ONTO != 0
     const int_lanes numbers = seen;
     const int* const at = (const int*)&numbers;
@@ -71,7 +72,7 @@ INLINE void onto_target(intV seen, __global const float* planes, __global const 
 #if ONTO == 0 || ONTO == 2
     const face_planeV plane = planes_at(planes, max(seen, (intV)0), p);
     const floatV column = convert_floatV((intV)(int)x + LANE_INDEX(int)) + p->first[0], here = (float)y + p->first[1];
-    floatV q = on_face(p, &plane, column, here);
+    floatV q = on_face(p, &plane, column, here), right = plane.right, down = plane.down;
     const intV creased = (seen >= 0) & (plane.crease < 0.0f);
     if (any_of(creased)) { // what the pixel's wall hides, or does not reach, belongs to the one behind the crease
         const intV beyond = select((intV)0, seen + step_over_crease(plane.crease, (int)p->plane_stride), creased);
@@ -79,7 +80,10 @@ INLINE void onto_target(intV seen, __global const float* planes, __global const 
         const floatV other = plane_at(&wall, column, here);
         const floatV most = fabs(wall.right - plane.right) + fabs(wall.down - plane.down); // a pixel from the crease
         const floatV seen_there = select(min(q, other), max(q, other), is_hollow(plane.crease));
-        q = select(q, seen_there, creased & (fabs(other - q) <= most));
+        const intV is_there = creased & (fabs(other - q) <= most) & (seen_there == other);
+        q = select(q, seen_there, is_there);
+        right = select(right, wall.right, is_there);
+        down = select(down, wall.down, is_there);
     }
     q = select((floatV)NAN, q, seen >= 0);
 #endif
@@ -89,6 +93,9 @@ INLINE void onto_target(intV seen, __global const float* planes, __global const 
         other[i] = at[i] < 0 ? NAN : given[onto->offset + (size_t)(at[i] / (int)p->plane_stride) * onto->stride + at[i] % (int)p->plane_stride];
     const floatV part = *(const float_lanes*)other / plane.q; // what has a crease is known to a few roundings
     q *= select(part, (floatV)1.0f, fabs(part - 1.0f) < 2e-6f);
+#endif
+#if ONTO == 0
+    store_float(packed_slopes(right, down), slopes + x);
 #endif
 #if ONTO == 0 || ONTO == 2
     store_float(q, to + x);
@@ -114,12 +121,13 @@ INLINE void onto_target(intV seen, __global const float* planes, __global const 
 #define VECTORS (V == 1 ? 1 : onto_face_columns / V)
 
 KERNEL void onto_face(__global const uint* tiles, __global const float* nodes, __global const float* planes,
-                      __global const float* given, __global float* target, const face_params p,
+                      __global const float* given, __global float* target, __global float* slopes, const face_params p,
                       const onto_face_params onto) {
     const uint x = (uint)get_global_id(0) * (V * VECTORS), row = (uint)get_global_id(1), y = row - onto.margin;
     if (x >= p.columns)
         return;
-    __global float* const to = target + onto.target_offset + (long)(int)y * (long)p.stride;
+    const long row_of = onto.target_offset + (long)(int)y * (long)p.stride;
+    __global float* const to = target + row_of;
 #if ONTO == 0
     // The margin around inverse depth, as inverse_depth.cl has it.
     if (onto.margin > 0) {
@@ -147,5 +155,5 @@ KERNEL void onto_face(__global const uint* tiles, __global const float* nodes, _
 #endif
     }
     for (uint i = 0; i < VECTORS && x + i * V < p.columns; ++i)
-        onto_target(seen[i], planes, given, to, &p, &onto, x + i * V, y);
+        onto_target(seen[i], planes, given, to, slopes + row_of, &p, &onto, x + i * V, y);
 }

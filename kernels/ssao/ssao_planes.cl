@@ -3,13 +3,13 @@
 //   back    inverse depth of the end of what is assumed solid behind it
 //   slopes  of the tangent plane on the screen, right and down, from neighbouring depths or from given normals
 // Outside the image there is nothing, or the border's pixels again.
-// Built for: THICKNESS = 0 1 2 3; GIVEN_NORMALS = 0 1 2; CLAMP = 0 1
+// Built for: THICKNESS = 0 1 2 3; GIVEN_NORMALS = 0 1 2 3; CLAMP = 0 1
 
 #include "ssao/blocks.h"
 #include "ssao/lattice.h"
 #include "ssao/ray.h"
-#include "normals/slope.h"
 #include "ssao/split.h"
+#include "ssao/wall.h"
 
 #ifndef PERSPECTIVE
 #error "PERSPECTIVE is not defined: 1 where rays meet in the camera centre, 0 where they are parallel (orthographic)"
@@ -19,7 +19,7 @@
 #endif
 #ifndef GIVEN_NORMALS
 #error                                                                                                                 \
-    "GIVEN_NORMALS is not defined: 1 where normals come as an image, 2 where they were fitted to the depths, 0 for neither"
+    "GIVEN_NORMALS is not defined: 1 where normals come as an image, 2 where they were fitted to the depths, 3 where slopes do, 0 for none"
 #endif
 #ifndef CLAMP
 #error "CLAMP is not defined: 1 to repeat the border outside the image, 0 for nothing there"
@@ -43,7 +43,7 @@ INLINE floatV row_at(__global const float* image, const grid_params* grid, int e
     return *(const float_lanes*)lanes;
 }
 
-#if GIVEN_NORMALS != 1
+#if GIVEN_NORMALS == 0 || GIVEN_NORMALS == 2
 // Pixels of the image, also where the work-item's are every second one. The border does not repeat, so slopes are one-sided
 // there.
 INLINE floatV neighbours_at(__global const float* image, const grid_params* pixels, int x, int y) {
@@ -65,17 +65,7 @@ INLINE floatV across_gaps(floatV found, const floatV* nearby, floatV q, floatV s
 
 #endif
 
-#if !GIVEN_NORMALS
-#define EVEN 1e-3f // relative difference of two squares of slopes that are taken for the same
-
-// Do both sides fit the pixel, and neither the other? Then a crease passes through it.
-INLINE intV has_crease(const floatV* nearby, floatV q, floatV tolerance) {
-    const floatV before = misprediction(nearby[0], nearby[1], q), after = misprediction(nearby[3], nearby[2], q);
-    return (max(before, after) <= tolerance) & (nearby[1] + nearby[2] - 2.0f * q > 2.0f * tolerance);
-}
-#endif
-
-#if GIVEN_NORMALS
+#if GIVEN_NORMALS == 1 || GIVEN_NORMALS == 2
 // The tangent plane n.(P - P_c) = 0 on the screen: q's slope is q (n.step) / (n.direction), with q = 1 in the first
 // factor for an orthographic camera. If a normal points away from the camera, its surface is taken to face the camera.
 INLINE void slopes_of(__global const float* normals, const source_params* source, const split_params* split,
@@ -144,10 +134,16 @@ KERNEL void ssao_planes(__global const float* depth, __global const float* extra
                          surface & (end <= q));
 #endif
         floatV right, down;
-#if GIVEN_NORMALS
+#if GIVEN_NORMALS == 3
+        grid_params slopes_grid = grid;
+        slopes_grid.source_offset = normals_source.offset;
+        slopes_grid.source_stride = normals_source.stride;
+        const floatV given = row_at(normals, &slopes_grid, EVERY, x, y, 0.0f);
+        right = EVERY * slope_right(given), down = EVERY * slope_down(given);
+#elif GIVEN_NORMALS
         slopes_of(normals, &normals_source, &split, &occlusion, x, y, q, fx, fy, &right, &down);
 #endif
-#if GIVEN_NORMALS != 1
+#if GIVEN_NORMALS == 0 || GIVEN_NORMALS == 2
         const floatV tolerance = 4.0f * depth_error(&occlusion, q);
         const int ix = EVERY * (x + (int)grid.pixel_x) - (int)pixels.pixel_x; // of the image
         const int iy = EVERY * (y + (int)grid.pixel_y) - (int)pixels.pixel_y;
@@ -163,22 +159,10 @@ KERNEL void ssao_planes(__global const float* depth, __global const float* extra
         down = slope(along[0], along[1], q, along[2], along[3], tolerance);
         const intV folded_across = has_crease(across, q, tolerance), folded_along = has_crease(along, q, tolerance);
         if (any_of(folded_across | folded_along)) {
-            // The plane of the flatter wall, or of the left one if they are equally steep: one between both would be too open.
-            const floatV left = q - across[1], above = q - along[1];
-            const floatV to_right = select(right, across[2] - q, folded_across), below = select(down, along[2] - q, folded_along);
-            const floatV to_left = select(right, left, folded_across), to_above = select(down, above, folded_along);
-            // What the corners lie off the planes of either pairing, the closer of two: another object may cover one.
-            const floatV together = fmin(fabs(neighbours_at(depth, &pixels, ix + 1, iy + 1) - q - (to_right + below)),
-                                         fabs(neighbours_at(depth, &pixels, ix - 1, iy - 1) - q + (to_left + to_above)));
-            const floatV apart = fmin(fabs(neighbours_at(depth, &pixels, ix + 1, iy - 1) - q - (to_right - to_above)),
-                                      fabs(neighbours_at(depth, &pixels, ix - 1, iy + 1) - q + (to_left - below)));
-            const intV same = (together < apart) | !(folded_across & folded_along);
-            const floatV of_right = select(to_above, below, same), of_left = select(below, to_above, same);
-            const floatV steep_right = fma(to_right, to_right, of_right * of_right);
-            const floatV steep_left = fma(to_left, to_left, of_left * of_left);
-            const intV flatter = steep_left - steep_right > EVEN * (steep_right + steep_left);
-            right = select(to_left, to_right, flatter);
-            down = select(of_left, of_right, flatter);
+            const floatV corners[4] = {
+                neighbours_at(depth, &pixels, ix - 1, iy - 1), neighbours_at(depth, &pixels, ix + 1, iy - 1),
+                neighbours_at(depth, &pixels, ix - 1, iy + 1), neighbours_at(depth, &pixels, ix + 1, iy + 1)};
+            take_wall(across, along, corners, q, folded_across, folded_along, &right, &down);
         }
 #endif
         const floatV step = fma((PERSPECTIVE ? q * q : (floatV)1.0f) / ray_length(&occlusion, fx, fy),

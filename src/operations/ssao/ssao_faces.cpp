@@ -152,7 +152,7 @@ SsaoOptions face_options(const SsaoOptions& options) {
 
 std::size_t bytes_of_face(const FaceCall& call, const SsaoOptions& options, bool with_normals) {
     const auto image = [&](int channels) { return Image::allocation(Element::f32, call.layout(channels)); };
-    std::size_t sum = inverse_depth_bytes(call.part.width(), call.part.height()) +
+    std::size_t sum = 2 * inverse_depth_bytes(call.part.width(), call.part.height()) + // its slopes are as large
                       bytes(call.tile(), face_options(options)) + image(1);
     if (with_normals)
         sum += image(3);
@@ -348,7 +348,7 @@ private:
     enum class Onto { depth, number, back, direction };
 
     void onto_face(const FaceCall& call, const PositionTable& table, Onto what, const Image& given, const Image& target,
-                   const Eigen::Matrix3d& turn) {
+                   const Image& slopes, const Eigen::Matrix3d& turn) {
         const params::face_params p = parameters_of(call, target, table.tiles_across);
         constexpr params::u32 margin = params::depth_margin_rows;
         params::onto_face_params onto{.offset = given.offset(),
@@ -367,7 +367,7 @@ private:
                         range_of(call.part.width(),
                                  call.part.height() + static_cast<int>(onto.margin > 0 ? 2 * margin + 1 : 0),
                                  vector_width == 1 ? 1 : params::onto_face_columns),
-                        table.tiles.on(device_), table.nodes.on(device_), planes_, given, target, p, onto);
+                        table.tiles.on(device_), table.nodes.on(device_), planes_, given, target, slopes, p, onto);
     }
 
     void from_face(const FaceCall& call, const Piece& piece, const Region& computed, const Image& depth,
@@ -434,22 +434,23 @@ private:
         runtime::Scratch scratch(device_);
         const Eigen::Matrix3d straight = Eigen::Matrix3d::Identity();
         const Image depth = image_of_inverse_depth(scratch, call.part.width(), call.part.height());
-        onto_face(call, *table, Onto::depth, depth, depth, straight);
         SsaoOptions options = face_options(options_);
+        options.normals = image_of_inverse_depth(scratch, call.part.width(), call.part.height());
+        onto_face(call, *table, Onto::depth, depth, depth, options.normals, straight);
         if (has_normals()) {
             options.normals = scratch.image(Element::f32, call.layout(3));
             Eigen::Matrix3d turn = call.face.turn;
             if (options_.normals && options_.normals_space == Space::world)
                 turn *= stored_.camera.view->topLeftCorner<3, 3>().inverse().transpose();
-            onto_face(call, *table, Onto::direction, normals_, options.normals, turn);
+            onto_face(call, *table, Onto::direction, normals_, options.normals, depth, turn);
         }
         if (const auto* map = thickness_as<Image>(options_)) {
             const Image there = scratch.image(Element::f32, call.layout());
-            onto_face(call, *table, Onto::number, *map, there, straight);
+            onto_face(call, *table, Onto::number, *map, there, depth, straight);
             options.thickness = there;
         } else if (thickness_as<StoredDepth>(options_)) {
             const Image there = scratch.image(Element::f32, call.layout());
-            onto_face(call, *table, Onto::back, back_, there, straight);
+            onto_face(call, *table, Onto::back, back_, there, depth, straight);
             options.thickness = call.stored(there);
         }
         const PixelBox inner = call.face.inner;

@@ -84,7 +84,7 @@ void half_resolution(Call& call, const Image& depth, const std::vector<Wanted>& 
 
 // Normals that are given tell of faces a pixel wide, and silhouettes of bars: both would lie between the computed pixels.
 bool keeps_rough_blocks(const SsaoOptions& options) {
-    return options.normals || has_silhouettes(options);
+    return (options.normals && !has_slopes(options)) || has_silhouettes(options);
 }
 
 // Which blocks of the camera's image are computed at all pixels, see kernels/ssao/blocks.h.

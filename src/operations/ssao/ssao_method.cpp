@@ -56,6 +56,10 @@ bool fits_normals(const Tile& tile, const SsaoOptions& options) {
     return !options.normals && (options.tolerance > 1 || is_coarse(tile));
 }
 
+bool has_slopes(const SsaoOptions& options) {
+    return options.normals && options.normals.channels() == 1;
+}
+
 Region region_of(const StoredDepth& stored, const SsaoOptions& options) {
     return options.region.value_or(Region{0, 0, stored.image.width(), stored.image.height()});
 }

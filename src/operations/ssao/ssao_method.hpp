@@ -57,6 +57,9 @@ int sums_of(const SsaoOptions& options);
 /// Do slopes come from fitted normals? They do if differences of neighbours show mostly the storage's steps, and none are given.
 bool fits_normals(const Tile& tile, const SsaoOptions& options);
 
+/// Are they the slopes of the tangent planes instead, packed into one word as in kernels/ssao/split.h? A face of a lens has them.
+bool has_slopes(const SsaoOptions& options);
+
 Region region_of(const StoredDepth& stored, const SsaoOptions& options);
 
 } // namespace fathom

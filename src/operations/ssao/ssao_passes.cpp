@@ -75,16 +75,18 @@ Planes split_into_planes(Call& call, const Image& depth) {
             extra_grid = lattice_grid(extra, call.lattice);
         }
         const Image given = normals_for(scratch, part, options), normals = given ? given : here;
-        call.occlusion.slope_errors = options.normals ? 0
-                                                      : static_cast<float>(call.lattice.every) *
-                                                            (given ? slope_errors_fitted : slope_errors_neighbours);
+        call.occlusion.slope_errors =
+            options.normals && !has_slopes(options)
+                ? 0
+                : static_cast<float>(call.lattice.every) * (given ? slope_errors_fitted : slope_errors_neighbours);
         params::grid_params from = lattice_grid(here, call.lattice, rows.y);
         from.y_begin = 4 * to_u32(band.begin);
         runtime::launch(call.device,
                         call.kernel("ssao_planes", {{"THICKNESS", thickness_kind(options)},
-                                                    {"GIVEN_NORMALS", options.normals ? 1
-                                                                      : given         ? 2
-                                                                                      : 0},
+                                                    {"GIVEN_NORMALS", has_slopes(options) ? 3
+                                                                      : options.normals   ? 1
+                                                                      : given             ? 2
+                                                                                          : 0},
                                                     {"CLAMP", options.border == Border::clamp},
                                                     {"EVERY", call.lattice.every}}),
                         {call.vectors(call.split.plane), 4 * static_cast<std::size_t>(band.end - band.begin)}, here,
