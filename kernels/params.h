@@ -199,8 +199,8 @@ typedef struct {
 } from_face_params;
 PARAMS(from_face_params, 108)
 
-// Pixels on either side of the border of two blocks in which one face's results pass over into the other's.
-CONSTANT(lens_fade, 2)
+// Pixels to the right of a block and below it in which its face's results pass over into those of the next one.
+CONSTANT(lens_fade, 4)
 
 // Of the blocks of a face's whole image.
 typedef struct {

@@ -363,15 +363,19 @@ TEST_CASE("ssao lenses: no step shows where two blocks meet", "[ssao][lens]") {
                 for (const auto& [dx, dy] : {std::pair{1, 0}, {0, 1}}) {
                     const std::size_t here = at(x, y), next = at(x + dx, y + dy), there = at(x - columns, y),
                                       behind = at(x - columns + dx, y + dy);
-                    bool meet = false;
+                    const bool across = blocks[here] != blocks[next];
+                    // The turned image is even here, and around steps that only lie beside a border.
+                    bool meet = false, even = true;
                     for (int i = -beside; i < beside; ++i)
-                        if (const int row = y + i * dy; row >= 0 && row + dy < camera.height)
+                        if (const int row = y + i * dy; row >= 0 && row + dy < camera.height) {
                             meet |= blocks[at(x + i * dx, row)] != blocks[at(x + (i + 1) * dx, row + dy)];
-                    if (!meet || blocks[there] != blocks[behind] || !is_smooth(x, y) ||
-                        !(std::abs(other[behind] - other[there]) <= no_step))
+                            if (i == 0 || !across)
+                                even &= std::abs(other[at(x + (i + 1) * dx - columns, row + dy)] -
+                                                 other[at(x + i * dx - columns, row)]) <= no_step;
+                        }
+                    if (!meet || !even || blocks[there] != blocks[behind] || !is_smooth(x, y))
                         continue;
                     const double step = std::abs(static_cast<double>(one[next]) - static_cast<double>(one[here]));
-                    const bool across = blocks[here] != blocks[next];
                     (across ? most : most_beside) = std::max(across ? most : most_beside, step);
                     steps += across;
                 }

@@ -81,8 +81,7 @@ INLINE floatV fade_at(const from_face_params* from, uint x, uint y, intV beside)
     const intV columns = (intV)(int)x + LANE_INDEX(int);
     const intV across = min(columns - from->fade_left, from->fade_right - 1 - columns);
     const floatV pixels = convert_floatV(min(across, (int)y - from->fade_top)) + 0.5f;
-    const floatV weight = fma(pixels, (floatV)(0.5f / lens_fade), (floatV)0.5f);
-    return select(clamp(weight, (floatV)0.0f, (floatV)1.0f), (floatV)0.0f, beside > lens_fade);
+    return select(clamp(pixels / lens_fade, (floatV)0.0f, (floatV)1.0f), (floatV)0.0f, beside > lens_fade);
 }
 
 // What was there before, and what the face has found: beside its block, where its results end, nothing.

@@ -24,7 +24,6 @@ constexpr double steepest = 50;       // degrees from a face's axis to the rays 
 constexpr double outermost = 75;      // degrees to the end of a face's image
 constexpr double most_pixels = 1.4;   // of a face, over those of its block that have rays
 constexpr int places = 64;            // in a row and a column of a block that are looked at
-constexpr int fade = 2;               // pixels of the image beside a block: lens_fade of kernels/params.h
 constexpr int around = 4;             // pixels around a block's rays in the face: of the interpolation and the filter
 constexpr int besides = 12;           // pixels around them where blocks pass over into each other, and of the filter
 constexpr int columns_at_once = 64;   // of ssao, from multiples of it on: as wide as its blocks
@@ -283,16 +282,14 @@ std::vector<FaceTile> tiles_of(const CameraLens& lens, const Face& face) {
                 tile.bottom = std::max(tile.bottom, at->y());
             };
             // With the pixels beside the block where its face's results pass over into others'.
-            const int first_x = left - (left == face.block.left ? fade : 0),
-                      end_x = right + (right == face.block.right ? fade : 0),
-                      first_y = top - (top == face.block.top ? fade : 0),
+            const int end_x = right + (right == face.block.right ? fade : 0),
                       end_y = bottom + (bottom == face.block.bottom ? fade : 0);
-            for (const int y : {first_y, (top + bottom) / 2, end_y - 1})
-                for (const int x : {first_x, (left + right) / 2, end_x - 1})
+            for (const int y : {top, (top + bottom) / 2, end_y - 1})
+                for (const int x : {left, (left + right) / 2, end_x - 1})
                     look(x, y);
             if (!all) // where rays end, they may turn without end
-                for (int y = first_y; y < end_y; ++y)
-                    for (int x = first_x; x < end_x; ++x)
+                for (int y = top; y < end_y; ++y)
+                    for (int x = left; x < end_x; ++x)
                         look(x, y);
             if (tile.left <= tile.right)
                 tiles.push_back(tile);

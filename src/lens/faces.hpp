@@ -15,6 +15,9 @@ struct PixelBox {
     int height() const { return bottom - top; }
 };
 
+constexpr int fade =
+    4; ///< pixels right of a block, and below it, in which its face's results pass over into those of the next one
+
 constexpr double least_part_ahead = 0.05; ///< of a unit ray, ahead of a face that looks at it
 
 /// A pinhole that sees a block of a lens's image, as dense as the lens in the block's middle. Its image has the view axis in its

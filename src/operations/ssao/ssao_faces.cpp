@@ -26,6 +26,8 @@ namespace {
 using lens::Face;
 using lens::PixelBox;
 
+static_assert(lens::fade == params::lens_fade);
+
 // Roundings of a face's inverse depth, in units of 2^-24 of it, besides the depth's own error: of the plane through a pixel, and
 // of the place where the face looks.
 constexpr float plane_roundings = 16 * 0x1p-24f;
@@ -221,16 +223,14 @@ private:
         PixelBox box, block;
     };
 
-    // The block, and the strips beside it where its face's results pass over into those of other faces.
+    // The block, and the strips right of it and below where its face's results pass over into those of other faces.
     std::vector<Piece> pieces_of(const PixelBox& block, const PixelBox& wanted) const {
-        constexpr int fade = params::lens_fade, wide = 16; // as many columns as a vector has
+        constexpr int fade = lens::fade, wide = 16; // as many columns as a vector has
         const auto [left, top, right, bottom] = block;
         std::vector<Piece> pieces;
-        for (const int shift : turn_ > 0 ? std::vector{0, turn_, -turn_} : std::vector{0})
+        for (const int shift : turn_ > 0 ? std::vector{0, -turn_} : std::vector{0})
             for (const PixelBox& box : {PixelBox{left, top, right, bottom},
-                                        {left - wide, top - fade, left, bottom + fade},
-                                        {right, top - fade, right + wide, bottom + fade},
-                                        {left, top - fade, right, top},
+                                        {right, top, right + wide, bottom + fade},
                                         {left, bottom, right, bottom + fade}}) {
                 const PixelBox there = common({box.left + shift, box.top, box.right + shift, box.bottom}, wanted);
                 if (!is_empty(there))
@@ -400,7 +400,7 @@ private:
         if (call.face.block.top > 0)
             from.fade_top = from.top;
         if (call.face.block.right == turn_)
-            from.fade_right = from.right;
+            from.fade_right = from.right + params::lens_fade;
         for (int i = 0; i < 3; ++i)
             for (int j = 0; j < 3; ++j)
                 from.unit[i][j] = static_cast<float>(call.face.turn(j, i));
