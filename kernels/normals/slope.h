@@ -19,10 +19,11 @@
 // on a rendered frame changes by 2%.
 #define WORSE_SIDE 4.0f
 
-#define THIN 0.25f // of the radius: what lies that far from its neighbours' planes is not part of them
+// Of the radius: what lies that far from its neighbours' planes is not part of them.
+#define THIN 0.25f
 
-#define NARROW                                                                                                         \
-    0.25f // of such a distance: what neither side explains by more belongs to a neighbour twice as close as the other
+// Of such a distance: what neither side explains by more belongs to a neighbour twice as close as the other.
+#define NARROW 0.25f
 
 // Inverse depth of a neighbour; NaN for the background, because no slope may lead to it.
 INLINE floatV surface_only(floatV q) {
