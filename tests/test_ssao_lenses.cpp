@@ -564,6 +564,9 @@ TEST_CASE("ssao lenses: every vector width has the same bits where rays end", "[
         {{LensLaw::double_sphere, 80, 80, 160, 90, {-0.2, 0.6}}, 320, 180},
         {{LensLaw::equisolid, 39.5, 39.5, 80, 80}, 160, 160},
         {{LensLaw::equisolid, 74, 74, 150, 150}, 300, 300},
+        {{LensLaw::equisolid, 16, 16, 32, 32}, 64, 64},
+        {{LensLaw::equirectangular, 24 / std::numbers::pi, 24 / std::numbers::pi, 24, 12}, 48, 24},
+        {{LensLaw::equirectangular, 40 / std::numbers::pi, 40 / std::numbers::pi, 40, 20}, 80, 40},
     };
     const SsaoOptions options{.bent_normal = true, .confidence = true};
     for (const auto& [model, width, height] : cases) {

@@ -64,12 +64,16 @@ INLINE rises rises_of(floatV before2, floatV before1, floatV centre, floatV afte
                    0.1f * fma((floatV)2.0f, after2 - before2, width)};
 }
 
-// The slope of the side that predicts the centre better: near enough to tell how a plane bends.
-INLINE floatV rough_slope(const rises* r, bool all) {
-    const intV first = fabs(r->off_before) < fabs(r->off_after);
+// The slope of the side that predicts the centre better, or the mean of both where both do about as well: near enough to tell how a
+// plane bends.
+INLINE floatV rough_slope(const rises* r, bool all, floatV tolerance) {
+    const floatV before = fabs(r->off_before), after = fabs(r->off_after);
+    const intV first = before < after,
+               both = max(before, after) <= fma((floatV)WORSE_SIDE, min(before, after), tolerance);
     if (all)
-        return select(r->after, r->before, first);
-    const floatV found = select(r->after, r->before, first | !(fabs(r->after) < INFINITY));
+        return select(select(r->after, r->before, first), r->both_sides, both);
+    const floatV one = select(r->after, r->before, first | !(fabs(r->after) < INFINITY));
+    const floatV found = select(one, r->both_sides, both & (fabs(r->both_sides) < INFINITY));
     return select((floatV)0.0f, found, fabs(found) < INFINITY);
 }
 
@@ -96,7 +100,7 @@ INLINE void nearest_plane(const window* w, const bent_ray* ray, floatV error, be
     const floatV off =
         (fabs(row.off_before) + fabs(row.off_after)) + (fabs(column.off_before) + fabs(column.off_after));
     const bool all = !any_of(!(off < INFINITY));
-    *b = bend_of(ray, q, rough_slope(&row, all), rough_slope(&column, all));
+    *b = bend_of(ray, q, rough_slope(&row, all, tolerance), rough_slope(&column, all, tolerance));
     p->q = q;
     p->gx = slope_of_bent(&row, b->xx, b->xxx, all, tolerance);
     p->gy = slope_of_bent(&column, b->yy, b->yyy, all, tolerance);

@@ -267,13 +267,11 @@ std::vector<FaceTile> tiles_of(const CameraLens& lens, const Face& face) {
         for (int left = face.block.left; left < face.block.right; left += unit) {
             const int right = std::min(left + unit, face.block.right), bottom = std::min(top + unit, face.block.bottom);
             FaceTile tile{left / unit, top / unit, infinite, infinite, -infinite, -infinite};
-            bool all = true;
+            bool all = lens.law() != LensLaw::rays; // the rays of neighbours may be anywhere
             const auto look = [&](int x, int y) {
                 const auto ray = lens.direction(x + 0.5, y + 0.5);
-                all &= ray.has_value();
-                if (!ray)
-                    return;
-                const auto at = tangents_of(face, *ray);
+                const auto at = ray ? tangents_of(face, *ray) : std::nullopt;
+                all &= at.has_value();
                 if (!at)
                     return;
                 tile.left = std::min(tile.left, at->x());
@@ -287,7 +285,7 @@ std::vector<FaceTile> tiles_of(const CameraLens& lens, const Face& face) {
             for (const int y : {top, (top + bottom) / 2, end_y - 1})
                 for (const int x : {left, (left + right) / 2, end_x - 1})
                     look(x, y);
-            if (!all) // where rays end, they may turn without end
+            if (!all) // where rays end, they may turn without end, and behind the face tangents grow without end
                 for (int y = top; y < end_y; ++y)
                     for (int x = left; x < end_x; ++x)
                         look(x, y);
