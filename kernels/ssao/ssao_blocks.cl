@@ -23,7 +23,8 @@ INLINE floatV jump(floatV before, floatV here, floatV after, floatV after2) {
 }
 
 typedef struct {
-    intV shorter, middling, rough, steps; // than the least radius of all blocks, and than that of rough ones
+    intV shorter, middling, rough; // than the least radius of all blocks, and than that of rough ones
+    floatV steps;                  // a number: LLVM 18 ends the process where lanes of integers are counted and added up
 } findingsV;
 
 INLINE bool is_whole(const findingsV* found) {
@@ -52,7 +53,7 @@ INLINE void look(findingsV* found, const window* w, const block_params* blocks, 
                            min(misprediction(up2, up, q), misprediction(down2, down, q)));
     const intV thin = off > fma((floatV)THIN_PIXELS, size, tolerance);
     found->rough |= surface & (low | thin);
-    found->steps += select((intV)0, (intV)1, step);
+    found->steps += select((floatV)0.0f, (floatV)1.0f, step);
 }
 
 KERNEL void ssao_blocks(__global const float* depth, __global uint* blocks, const grid_params grid,
@@ -75,9 +76,9 @@ KERNEL void ssao_blocks(__global const float* depth, __global uint* blocks, cons
         }
         whole = is_whole(&found);
     }
-    int steps = 0;
+    float steps = 0;
     for (int i = 0; i < V; ++i)
-        steps += ((const int*)&found.steps)[i];
+        steps += ((const float*)&found.steps)[i];
     whole |= steps > MOST_STEPS && any_of(found.middling);
     blocks[row * (int)chosen.columns + column] = whole ? WHOLE : 0;
 }
