@@ -47,7 +47,6 @@ void check(Kernel& kernel, const std::vector<std::string>& types, std::size_t gr
             throw Error(text(kernel.description, ": argument ", i, " is a ", type, " and was given a ", types[i]));
         }
     }
-    kernel.checked = true;
 }
 
 std::size_t group_size(const Device& device, Kernel& kernel) {

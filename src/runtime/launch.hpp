@@ -1,6 +1,7 @@
 #pragma once
 
 #include "params.h"
+#include "runtime/compiler.hpp"
 #include "runtime/program.hpp"
 #include "runtime/state.hpp"
 
@@ -33,6 +34,14 @@ const Params& argument_value(const Params& params) {
     return params;
 }
 
+inline Argument argument_of(const Image& image) {
+    return {buffer_of(image).getInfo<CL_MEM_SIZE>(), nullptr};
+}
+template <typename Params>
+Argument argument_of(const Params& params) {
+    return {sizeof params, &params};
+}
+
 /// The bare name of an argument's type. Drivers spell it in several ways: "float*", "__global const float *",
 /// "struct grid_params".
 std::string bare_type(std::string_view reported);
@@ -51,11 +60,14 @@ void launch(const Device& device, Kernel& kernel, Range range, const Arguments&.
     const auto start = [&] {
         const auto lock = locked(device.state().mutex); // from the first argument until the kernel has them all
         const std::size_t group = group_size(device, kernel);
-        if (!kernel.checked)
+        const std::size_t rounded = (range.x + group - 1) / group * group;
+        if (!kernel.checked) {
             check(kernel, {argument_type(arguments)...}, group);
+            compile_kernel(device, kernel, {argument_of(arguments)...}, {rounded, range.y}, group);
+            kernel.checked = true;
+        }
         cl_uint index = 0;
         (kernel.kernel.setArg(index++, argument_value(arguments)), ...);
-        const std::size_t rounded = (range.x + group - 1) / group * group;
         keep_order(device);
         queue_of(device).enqueueNDRangeKernel(kernel.kernel, cl::NullRange, cl::NDRange(rounded, range.y),
                                               cl::NDRange(group, 1));

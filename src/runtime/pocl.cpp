@@ -40,6 +40,8 @@ fs::path& given_folder() {
     return folder;
 }
 
+} // namespace
+
 fs::path pocl_folder() {
     if (!given_folder().empty())
         return given_folder();
@@ -50,6 +52,8 @@ fs::path pocl_folder() {
     const std::string home = variable("HOME");
     return home.empty() ? "/tmp/pocl/kcache" : fs::path(home) / ".cache/pocl/kcache";
 }
+
+namespace {
 
 // Why as much as a kernel takes cannot be written into a folder; 0 where it can be.
 int refusal_to_write(const fs::path& folder) {

@@ -23,6 +23,9 @@ private:
     bool is_given_ = false;
 };
 
+/// Where PoCL keeps what it compiles, as the environment and a `PoclFolder` say.
+std::filesystem::path pocl_folder();
+
 /// Removes that folder of this process, where there is one, before a signal ends it.
 void remove_folder_of_process();
 

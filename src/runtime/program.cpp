@@ -3,6 +3,7 @@
 
 #include "runtime/program.hpp"
 
+#include "runtime/compiler.hpp"
 #include "runtime/pocl.hpp"
 #include "runtime/state.hpp"
 #include "text.hpp"
@@ -89,6 +90,15 @@ bool builds(const cl::Program& program, const cl::Device& device, const std::str
 // every program; a version of it that takes this for an error gets the program without them.
 constexpr const char* own_builtins = " -D_OPENCL_H_ -DBUILTINS";
 
+} // namespace
+
+Build build(const cl::Context& context, const cl::Device& device, const std::string& file, const std::string& options, bool pocl) {
+    const cl::Program program(context, assembled_source(file));
+    return {program, (pocl && builds(program, device, options + own_builtins)) || builds(program, device, options)};
+}
+
+namespace {
+
 // Under the context's lock, so that two threads do not build the same.
 const Program& program(const Device& device, const std::string& file, const std::string& options) {
     Context& context = *device.state().shared;
@@ -99,9 +109,11 @@ const Program& program(const Device& device, const std::string& file, const std:
         return found->second;
     if (pocl)
         check_pocl_folder(file, false);
+    if (pocl)
+        compile_program(device, file, options);
     const PoclPrograms before = pocl ? pocl_programs() : PoclPrograms();
-    const cl::Program built(context.context, assembled_source(file));
-    if (!(pocl && builds(built, context.device, options + own_builtins)) && !builds(built, context.device, options)) {
+    const auto [built, succeeded] = build(context.context, context.device, file, options, pocl);
+    if (!succeeded) {
         if (pocl)
             check_pocl_folder(file, true);
         const std::string log = build_log(built, context.device);
@@ -135,7 +147,8 @@ Kernel& kernel(const Device& device, const std::string& name, Defines defines, c
         const Program& of = program(device, file, options);
         const cl::Kernel made(of.program, name.c_str());
         const auto lock = locked(state.mutex);
-        return state.kernels.emplace(key, Kernel{made, name, text("kernels/", file, ' ', options), of.compiled})
+        return state.kernels
+            .emplace(key, Kernel{made, name, file, options, text("kernels/", file, ' ', options), of.compiled})
             .first->second;
     };
     return ask(device, make, "refused kernels/", file);

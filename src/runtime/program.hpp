@@ -20,6 +20,13 @@ namespace fathom::runtime {
 /// file and the line that a person would open.
 std::string assembled_source(const std::string& file);
 
+/// A program of a file, and whether the driver's compiler took it.
+struct Build {
+    cl::Program program;
+    bool succeeded;
+};
+Build build(const cl::Context& context, const cl::Device& device, const std::string& file, const std::string& options, bool pocl);
+
 /// Finite choices that a kernel is built for: -D name=value.
 using Defines = std::vector<std::pair<const char*, int>>;
 
@@ -27,7 +34,8 @@ using Defines = std::vector<std::pair<const char*, int>>;
 /// and what was found out about it.
 struct Kernel {
     cl::Kernel kernel;
-    std::string name, description; ///< the latter for messages: the file and its choices
+    std::string name, file, options;
+    std::string description; ///< for messages: the file and its choices
     std::optional<std::vector<std::filesystem::path>> compiled =
         {};                      ///< where PoCL has it, if it is PoCL's: runtime/pocl.hpp
     bool checked = false;        ///< have its arguments been compared with what was launched?

@@ -30,6 +30,8 @@ struct Device::State {
     bool in_order = true;
     bool clang_builtins = false; // for kernels: prefetch, stores past the cache and shuffles, as Clang spells them
 
+    int ended_widths = 0; // a bit of its own for each vector width for which a compiler ended: runtime/compiler.hpp
+
     std::mutex mutex; // of what follows
     std::map<std::string, runtime::Kernel> kernels;
     std::list<runtime::ScratchBuffer> scratch; // runtime/scratch.hpp

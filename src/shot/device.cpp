@@ -43,6 +43,12 @@ void DeviceOption::prepare(std::size_t memory) const {
     set_exr_threads(threads);
     if (threads > 0) // oneTBB warns of more than there are
         cv::setNumThreads(std::min(threads, cores()));
+    runtime::compile_apart();
+}
+
+std::shared_mutex& vector_widths() {
+    static std::shared_mutex all;
+    return all;
 }
 
 Device DeviceOption::open(std::size_t memory) const {

@@ -294,7 +294,7 @@ void Steps::examine(Work& work) const {
     find_invalid_value(work);
     ignore(work, depth.values, ignored_rows(work).get());
     work.stored = {.image = to_device(device_, depth.values), .camera = work.seen, .storage = depth.storage};
-    work.z = distances(work.stored);
+    work.z = at_any_width(device_, [&] { return distances(work.stored); });
     if (options_.valid) {
         keep_valid(work, depth.values, work.z);
         work.stored.image = to_device(device_, depth.values);
@@ -341,7 +341,7 @@ cv::Mat Steps::decoded(const Work& work, const cv::Mat& values, int first_row) c
     StoredDepth stored = work.stored;
     stored.image = to_device(device_, values);
     stored.y = first_row;
-    return distances(stored);
+    return at_any_width(device_, [&] { return distances(stored); });
 }
 
 void Steps::compute(Work& work) {
@@ -374,7 +374,7 @@ void Steps::compute(Work& work) {
     if (work.failure)
         std::rethrow_exception(work.failure);
     if (!work.rows)
-        work.results = operation_(work.stored, frame);
+        work.results = at_any_width(device_, [&] { return operation_(work.stored, frame); });
     work.stored.image = {};
     frame.images = {};
     work.depth.values.release();

@@ -189,7 +189,7 @@ void Steps::stream(Work& work) {
             StoredDepth stored = work.stored;
             stored.image = to_device(device_, values);
             stored.y = first;
-            return operation_(stored, strip);
+            return at_any_width(device_, [&] { return operation_(stored, strip); });
         };
         attempt([&] {
             std::vector<Result> results = compute();

@@ -84,6 +84,7 @@ void print_table(const std::vector<DeviceInfo>& devices, int default_index) {
 }
 
 int list(bool json) {
+    DeviceOption().prepare();
     const int standard = Device::open().info().index;
     const std::vector<DeviceInfo> devices = list_devices();
     if (json) {

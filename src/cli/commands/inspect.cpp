@@ -53,9 +53,12 @@ struct Findings {
 cv::Mat decoded(const DepthFile& depth, const Camera& camera, const DeviceOption& device) {
     device.prepare();
     try {
-        return to_mat(linearize({to_device(device.open(), depth.values), camera, depth.storage},
-                                {.as = camera.lens ? Along::ray : Along::axis})
-                          .image);
+        const Device opened = device.open();
+        return at_any_width(opened, [&] {
+            return to_mat(linearize({to_device(opened, depth.values), camera, depth.storage},
+                                    {.as = camera.lens ? Along::ray : Along::axis})
+                              .image);
+        });
     } catch (const NoDevice&) {
         if (!device.wanted.empty())
             throw;

@@ -1,0 +1,47 @@
+#pragma once
+
+#include "runtime/state.hpp"
+
+#include <fathom/error.hpp>
+
+#include <array>
+#include <cstddef>
+#include <string>
+#include <vector>
+
+/// A process that compiles what PoCL's cache does not hold. LLVM, with which PoCL compiles, ends its process where it meets what it
+/// cannot take; then it is that process which ends, and the program goes on with another vector width.
+namespace fathom::runtime {
+
+/// Starts that process, which is gone when this one ends, and asks it from now on. Call it from the main thread, before OpenCL is
+/// used and threads work: it is a fork. Without it, and where PoCL keeps no cache, kernels are compiled in this process.
+void compile_apart();
+
+/// PoCL's compiler ended over a kernel. The message names the kernel, the driver and what the compiler said last.
+class CompilerEnded : public NoDevice {
+public:
+    CompilerEnded(const std::string& message, int width) : NoDevice(message), vector_width(width) {}
+
+    int vector_width; ///< of the device, for which the kernel was to be compiled
+};
+
+/// Has a program compiled, unless it was before: the cache holds it then.
+/// Throws: CompilerEnded.
+void compile_program(const Device& device, const std::string& file, const std::string& options);
+
+/// An argument of a kernel: the bytes of params, or a buffer of so many.
+struct Argument {
+    std::size_t bytes;
+    const void* value; ///< nothing for a buffer
+};
+
+/// Has a kernel compiled for a launch, as `compile_program`.
+void compile_kernel(const Device& device, const Kernel& kernel, const std::vector<Argument>& arguments,
+                    const std::array<std::size_t, 2>& global, std::size_t group);
+
+/// Gives a device a vector width for which no compiler has ended yet, and says what goes on; the results have the same bits. Nobody
+/// else may use the device meanwhile. Nothing is done where another thread has been here since.
+/// Throws: NoDevice where no width is left.
+std::string take_another_width(const Device& device, const CompilerEnded& ended);
+
+} // namespace fathom::runtime
