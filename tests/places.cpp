@@ -11,6 +11,7 @@ const char* const by_strips = FATHOM_BY_STRIPS;
 const char* const program = "";
 const char* const by_strips = "";
 #endif
+const char* const layer = FATHOM_LAYER;
 #ifdef __SANITIZE_ADDRESS__
 const bool sanitized = true;
 #else

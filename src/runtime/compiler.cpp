@@ -183,7 +183,7 @@ Answer compile_here(const Request& request) {
     for (;;) {
         Request request;
         if (!(Stream(socket, false) & request).ok())
-            std::_Exit(0); // who asked has gone
+            std::_Exit(0);         // who asked has gone
         int answer = not_compiled; // who asked will compile it then, and say what is wrong
         try {
             answer = compile_here(request);

@@ -92,7 +92,8 @@ constexpr const char* own_builtins = " -D_OPENCL_H_ -DBUILTINS";
 
 } // namespace
 
-Build build(const cl::Context& context, const cl::Device& device, const std::string& file, const std::string& options, bool pocl) {
+Build build(const cl::Context& context, const cl::Device& device, const std::string& file, const std::string& options,
+            bool pocl) {
     const cl::Program program(context, assembled_source(file));
     return {program, (pocl && builds(program, device, options + own_builtins)) || builds(program, device, options)};
 }

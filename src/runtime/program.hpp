@@ -25,7 +25,8 @@ struct Build {
     cl::Program program;
     bool succeeded;
 };
-Build build(const cl::Context& context, const cl::Device& device, const std::string& file, const std::string& options, bool pocl);
+Build build(const cl::Context& context, const cl::Device& device, const std::string& file, const std::string& options,
+            bool pocl);
 
 /// Finite choices that a kernel is built for: -D name=value.
 using Defines = std::vector<std::pair<const char*, int>>;

@@ -40,14 +40,16 @@ std::shared_mutex& vector_widths();
 /// Throws: NoDevice where it ends for each of them.
 template <typename Action>
 auto at_any_width(const Device& device, const Action& action) {
-    for (;;) {
+    for (std::string said;;) {
         try {
             const std::shared_lock lock(vector_widths());
-            return action();
+            auto result = action();
+            if (!said.empty())
+                complain("warning: " + said);
+            return result;
         } catch (const runtime::CompilerEnded& ended) {
             const std::unique_lock lock(vector_widths());
-            if (const std::string said = runtime::take_another_width(device, ended); !said.empty())
-                complain("warning: " + said);
+            said = runtime::take_another_width(device, ended);
         }
     }
 }

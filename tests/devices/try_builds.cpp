@@ -41,7 +41,8 @@ namespace {
 
 using namespace fathom::runtime;
 
-constexpr itimerval most{{}, {120, 0}}; // seconds of the processor for one build. normals takes 34 with SSE2, most others one or two
+constexpr itimerval most{
+    {}, {120, 0}}; // seconds of the processor for one build. normals takes 34 with SSE2, most others one or two
 
 cl::Device pocl_device() {
     std::vector<cl::Platform> platforms;
