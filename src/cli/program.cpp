@@ -25,7 +25,7 @@ constexpr const char* exit_codes = R"(Exit codes:
   0    done
   1    some input failed; the others were done
   2    wrong usage; nothing was done
-  3    no OpenCL device as asked for
+  3    no OpenCL device as asked for, or one whose driver compiles no kernels
   130  interrupted (Ctrl-C) after the inputs in work; no half-written file is left
   143  the same after SIGTERM, 129 after SIGHUP, and 141 if nobody reads what is printed)";
 
