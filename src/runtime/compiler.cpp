@@ -331,11 +331,6 @@ void compile_apart() {
         socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, sockets) != 0)
         return;
     const PoclFolder chosen; // for both
-    try {
-        std::vector<cl::Platform> loaded; // once for both. PoCL starts no thread before it is asked for its devices.
-        cl::Platform::get(&loaded);
-    } catch (const cl::Error&) { // is told where a device is opened
-    }
     const pid_t parent = getpid(), process = fork();
     if (process == 0) {
         close(sockets[0]);

@@ -106,10 +106,11 @@ enum End { all_done = 0, line_failed = 1, no_device = 2 };
 End compile_lines(const std::vector<std::string>& lines, Shared& shared, std::size_t place) {
     try {
         const Compiler compiler;
-        while ((shared.at[place] = shared.next++) < lines.size()) {
+        for (std::size_t number; (number = shared.next++) < lines.size();) {
+            shared.at[place] = number;
             setitimer(ITIMER_PROF, &most, nullptr);
             try {
-                compiler.compile(lines[shared.at[place]]);
+                compiler.compile(lines[number]);
             } catch (const std::exception& error) {
                 std::cout << error.what() << std::endl;
                 return line_failed;
