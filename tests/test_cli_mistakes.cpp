@@ -332,6 +332,8 @@ std::vector<Mistake> mistakes() {
                {"exchange cx and cy"}),
         warned("a calibration that counts from the centre", metres(), "a.exr",
                calibration("27.7", "27.7", "23.5", "15.5"), {"cx 23.5 and cy 15.5", "\"pixel_origin\": \"centre\""}),
+        refused("fy in other units", metres(), "a.exr", calibration("27.7", "5e8", "24", "16"),
+                {"times as much across as down", "check fx and fy"}),
         refused("the camera of another image", metres(), "a.exr", view_z + R"(, "width": 32, "height": 48)",
                 {"32 x 48", "48 x 32", "use the camera of this image"}),
         refused("near and far exchanged", ramp(), "a.exr",

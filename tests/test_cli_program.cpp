@@ -431,7 +431,11 @@ TEST_CASE("program: refuses results that would replace each other or an input") 
     const std::string camera = camera_file(folder), other = depth_file(folder, "b/depth.exr");
     const std::string input = depth_file(folder, "depth.exr"), before = content(input);
     fs::create_symlink(input, folder / "out/link.exr");
+    fs::create_symlink("second.exr", folder / "out/first.exr");
+    fs::create_symlink(folder / "out/first.exr", folder / "b/third.exr");
     const std::vector<std::pair<Arguments, std::string>> cases{
+        {{input, "-o", folder / "out/first.exr", "--log", folder / "out/second.exr"}, "out/first.exr"},
+        {{input, "-o", folder / "b/third.exr", "--log", folder / "out/second.exr"}, "b/third.exr"},
         {{input, other, "-o", folder / "out"}, "out/depth.exr"},
         {{input, input, "-o", folder / "out"}, "out/depth.exr"},
         {{input, other, "-o", folder / "out/z.exr"}, "out/z.exr"},
@@ -443,8 +447,11 @@ TEST_CASE("program: refuses results that would replace each other or an input") 
     };
     for (const auto& [more, named] : cases)
         check_refused(joined({"linearize", "--camera", camera}, more), 2, named);
+    check_refused(run({"ssao", input, "--camera", camera, "--radius", "1", "-o", folder / "out/first.exr",
+                       "--bent-normal", folder / "out/second.exr"}),
+                  2, "out/second.exr");
     CHECK(content(input) == before);
-    CHECK(folder.results() == std::vector<std::string>{"link.exr"});
+    CHECK(folder.results() == std::vector<std::string>{"first.exr", "link.exr"});
 }
 
 TEST_CASE("program: one bad input among several is told, the others are done") {

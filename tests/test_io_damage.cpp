@@ -147,6 +147,37 @@ TEST_CASE("damage: sizes that a file cannot hold are refused before memory is as
                    {"long.exr: is damaged or cut short"});
 }
 
+TEST_CASE("damage: what is listed or compared is bounded in number and in time", "[io]") {
+    const TempFolder folder;
+    const auto says = [&](const fs::path& file, const std::function<void()>& read, const std::string& part) {
+        const auto begin = std::chrono::steady_clock::now();
+        check_says(read, {file.filename().string() + ": ", part});
+        CHECK(std::chrono::steady_clock::now() - begin < std::chrono::seconds(2));
+    };
+    std::string attributes("v/1\x01\2\0\0\0", 8), channels("v/1\x01\2\0\0\0channels\0chlist\0\xff\xff\xff\0", 28);
+    for (int i = 0; i < 200'000; ++i) {
+        attributes += "a" + std::to_string(i) + std::string("\0string\0\1\0\0\0x", 13);
+        channels += "c" + std::to_string(i) + std::string(17, '\0');
+    }
+    channels += std::string(1 << 24, '\0');
+    for (const auto& [name, text] : {std::pair{"attributes.exr", attributes}, {"channels.exr", channels}}) {
+        const auto file = put(folder / name, text);
+        says(
+            file, [&] { read_depth(file); }, "names of attributes and channels");
+    }
+    std::string list = "1";
+    for (int i = 1; i < 500'000; ++i)
+        list += ",1";
+    for (const auto& [name, text] :
+         {std::pair{"matrix.yaml", "camera_matrix: [" + list + "]\n"},
+          {"lens.yaml", "camera_matrix: [9,0,1,0,9,1,0,0,1]\ndistortion_coefficients: {data: [" + list + "]}\n"},
+          {"ros.yaml", "K: [9,0,1,0,9,1,0,0,1]\nD: [" + list + "]\n"}}) {
+        const auto file = put(folder / name, text);
+        says(
+            file, [&] { import_camera(file); }, "has 500000 numbers");
+    }
+}
+
 TEST_CASE("damage: a grey map that counts to no number is refused", "[io]") {
     const TempFolder folder;
     for (const std::string most : {"nan", "-1e300", "-inf", "0"})

@@ -217,6 +217,18 @@ TEST_CASE("write: a file keeps its permissions and a link keeps pointing", "[io]
     CHECK(folder.files() == 4);
 }
 
+TEST_CASE("write: two images of one file are refused, whatever links name it", "[io]") {
+    const TempFolder folder;
+    fs::create_symlink("b.exr", folder / "a.exr");
+    for (const auto& [first, second] : {std::pair{"a.exr", "b.exr"}, {"b.exr", "a.exr"}, {"b.exr", "b.exr"}})
+        check_says(
+            [&] {
+                write_images({{folder / first, floats(1)}, {folder / second, floats(1)}});
+            },
+            {second, "would be written twice"});
+    CHECK(folder.files() == 1);
+}
+
 TEST_CASE("write: names may be as long as names can be, and relative", "[io]") {
     const TempFolder folder;
     const auto long_name = std::string(251, 'n') + ".exr";

@@ -277,6 +277,36 @@ TEST_CASE("lens: what is no lens is refused in one line", "[lens]") {
     CHECK_THROWS_AS(depth_along_ray(camera, 1, 1, NAN), std::invalid_argument);
 }
 
+TEST_CASE("lens: pixels that see over 100 times as much one way as the other are refused in one line", "[lens]") {
+    Camera camera;
+    camera.width = 64;
+    camera.height = 48;
+    camera.encoding = Encoding::view_z;
+    const auto refused = [&] {
+        try {
+            pixel_scale(camera);
+            return false;
+        } catch (const std::invalid_argument& error) {
+            return contains(error.what(), "times as much across as down");
+        }
+    };
+    for (const double ratio : {1e-12, 1e-9, 1e-3, 0.02, 1.0, 50.0, 1e3, 1e9, 1e12}) {
+        const bool beyond = ratio < 0.01 || ratio > 100;
+        CAPTURE(ratio);
+        camera.lens.reset();
+        camera.projection = perspective(1, ratio * 64 / 48, {0.5, 100});
+        CHECK(refused() == beyond);
+        camera.projection = from_matrix(Eigen::Matrix4d(camera.projection.matrix.cast<double>()));
+        CHECK(refused() == beyond);
+        camera.projection = perspective(Intrinsics{50, 50 * ratio, 32, 24, 64, 48}, {0.5, 100});
+        CHECK(refused() == beyond);
+        camera.projection = orthographic({-ratio, ratio, -0.75, 0.75}, {0.5, 100});
+        CHECK(refused() == beyond);
+        camera.lens = LensModel{LensLaw::brown, 50, 50 * ratio, 32, 24, {0.01, 0, 0, 0}};
+        CHECK(refused() == beyond);
+    }
+}
+
 TEST_CASE("lens: a circle keeps every bit of the widest numbers", "[lens]") {
     std::mt19937_64 random(7);
     for (int i = 0; i < 1'000'000; ++i) {

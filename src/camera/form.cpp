@@ -22,6 +22,7 @@ using Real = long double;
 using Matrix4 = Eigen::Matrix<Real, 4, 4>;
 
 void check(const Camera& camera) {
+    require_rounding();
     require(!camera.lens, "the camera has the lens ", camera.lens ? to_string(camera.lens->law) : "",
             ", and this takes straight rays only; the operations take lenses (dof: brown), and for all else undo the "
             "distortion (docs/cameras.md)");
@@ -357,7 +358,9 @@ Matrix4 unprojection(const Camera& camera) {
     clip(2, 2) = (1 - clip_low) / (high - low);
     clip(2, 3) = -(third.clip_value == clip_low ? low : high) * clip(2, 2);
     clip(3, 3) = 1;
-    return inverse * clip;
+    const Matrix4 result = inverse * clip;
+    check_pixel_aspect(result.col(0).head<3>().norm(), result.col(1).head<3>().norm());
+    return result;
 }
 
 DepthForm depth_form(const Camera& camera, Storage storage) {
@@ -434,6 +437,12 @@ DepthForm depth_form(const Camera& camera, Storage storage) {
         form.reason = "1/z is affine in the stored value, with its pole inside or beside an uneven depth range";
     }
     return form;
+}
+
+void check_pixel_aspect(long double across, long double down) {
+    require(across <= most_pixel_aspect * down && down <= most_pixel_aspect * across, "pixels that see ", across / down,
+            " times as much across as down: a camera's are at most ", most_pixel_aspect,
+            " times as wide as high, or as high as wide; check fx and fy, or the aspect");
 }
 
 Camera straightened(const Camera& camera) {

@@ -48,6 +48,7 @@ struct Optics {
 PixelScale scale_of(const Camera& camera) {
     if (camera.lens) {
         const Eigen::Vector2d pixel = lens::CameraLens(camera).pixel_on_axis();
+        check_pixel_aspect(pixel.x(), pixel.y());
         return {1 / static_cast<Real>(pixel.x()), 1 / static_cast<Real>(pixel.y())};
     }
     const CentreRays rays = centre_rays(camera_rays(camera));

@@ -34,6 +34,7 @@ void set_third_row(Projection& projection, Real clip_value, const Projection::Ro
 // A matrix built for the OpenGL axes with y up on the screen, its third row counted from `clip_value`, as the convention
 // wants it.
 Projection in_convention(Projection::Matrix matrix, Real clip_value, DepthOrder order, Convention convention) {
+    require_rounding();
     if (convention.clip_y == ClipY::down)
         matrix.row(1) = -matrix.row(1);
     Projection result{matrix * to_opengl(convention.view_axes), convention, order, {}};

@@ -1,6 +1,8 @@
 // Files are read whole. Whatever is wrong with one is said in a line.
 #include "file.hpp"
 
+#include "require.hpp"
+
 #include <fcntl.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -213,12 +215,24 @@ bool is_same(const fs::path& a, const fs::path& b) {
     return found(a, of_a) && found(b, of_b) && of_a.st_dev == of_b.st_dev && of_a.st_ino == of_b.st_ino;
 }
 
+fs::path followed(const fs::path& file, std::error_code& error) {
+    fs::path target = file; // the system refuses chains longer than 40
+    for (int links = 0; links < 40 && fs::is_symlink(fs::symlink_status(target, error)); ++links) {
+        const fs::path next = fs::read_symlink(target, error);
+        if (error)
+            break;
+        target = target.parent_path() / next;
+    }
+    return target;
+}
+
 fs::path whole_path(const fs::path& name) {
     std::error_code error;
     const fs::path absolute = fs::absolute(name, error); // of an empty name there is none
     if (error)
         return name;
-    const fs::path path = fs::weakly_canonical(absolute, error);
+    std::error_code none;
+    const fs::path path = fs::weakly_canonical(followed(absolute, none), error);
     check_answer(name, error);
     return (error ? absolute : path).lexically_normal();
 }
@@ -233,6 +247,7 @@ std::vector<std::string> names_in(const fs::path& folder) {
 }
 
 void check_readable(const fs::path& file) {
+    require_rounding();
     std::error_code error;
     const auto status = fs::status(file, error);
     if (status.type() == fs::file_type::not_found)

@@ -82,7 +82,11 @@ void check_answer(const std::filesystem::path& name, const std::error_code& erro
 /// Are these two names of one file? Not where one of them is none. Throws: Error when the disk does not answer.
 bool is_same(const std::filesystem::path& a, const std::filesystem::path& b);
 
-/// The path of a file from the root on, without links as far as there are folders. Throws: Error when the disk does not answer.
+/// The file that a link points to, there or not.
+std::filesystem::path followed(const std::filesystem::path& file, std::error_code& error);
+
+/// The path of a file from the root on, without links as far as there are folders; a link that is the file itself is followed to
+/// what is not there yet, too. Throws: Error when the disk does not answer.
 std::filesystem::path whole_path(const std::filesystem::path& name);
 
 /// Names of the files and folders in a folder; none if there is no such folder. Throws: Error when the disk does not answer.

@@ -42,6 +42,9 @@ inline constexpr std::uint64_t jpeg = 512;     ///< of one channel: a bit for 8 
 /// OpenEXR's display window may be larger than its data window. The fuzzer takes fewer.
 inline std::uint64_t most_from_nothing = 1u << 30;
 
+/// What memory is filled with before a codec writes into it. What it leaves unwritten is to be refused; tests change the pattern.
+inline unsigned char unwritten = 0;
+
 /// Refuses an image before memory is asked for where its pixels are more than `stored` bytes of the file can hold.
 /// `expansion`: nothing where the codec has no limit.
 void check_holds(const std::filesystem::path& file, cv::Size size, std::uint64_t pixel_bytes, std::uint64_t stored,

@@ -1,6 +1,8 @@
 // Files are replaced whole.
 #include "replace_files.hpp"
 
+#include "require.hpp"
+
 #include <fcntl.h>
 #include <sys/file.h>
 #include <sys/stat.h>
@@ -12,6 +14,7 @@
 #include <deque>
 #include <fstream>
 #include <map>
+#include <set>
 #include <string>
 #include <string_view>
 #include <system_error>
@@ -63,20 +66,9 @@ std::pair<fs::path, int> open_temporary(const fs::path& target) {
     }
 }
 
-/// The file that a link points to, there or not.
-fs::path followed(const fs::path& file, std::error_code& error) {
-    fs::path target = file; // the system refuses chains longer than 40
-    for (int links = 0; links < 40 && fs::is_symlink(fs::symlink_status(target, error)); ++links) {
-        const fs::path next = fs::read_symlink(target, error);
-        if (error)
-            break;
-        target = target.parent_path() / next;
-    }
-    return target;
-}
-
 /// Where a file's content belongs. A link stays a link: what it points to is replaced, or made.
 fs::path target_of(const fs::path& file) {
+    require_rounding();
     std::error_code error;
     const auto status = fs::status(file, error);
     if (fs::is_directory(status))
@@ -201,7 +193,10 @@ void remove_abandoned(std::span<const fs::path> files) {
 
 void replace_files(std::span<const NewFile> files) {
     std::deque<Successor> successors;
+    std::set<fs::path> targets;
     for (const NewFile& file : files) {
+        if (!targets.insert(whole_path(file.file)).second)
+            refuse(file.file, "would be written twice; write one of the two elsewhere");
         Successor& successor = successors.emplace_back(file.file);
         successor.write(file.bytes, 0);
         successor.complete();

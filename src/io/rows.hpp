@@ -41,7 +41,8 @@ public:
     virtual int type() const = 0;
 };
 
-/// Nothing for a file of another format, and for a TIFF that has to be turned or that libtiff turns into colours.
+/// Nothing for a file of another format, and for a TIFF that has to be turned, that libtiff turns into colours, or that is
+/// packed with JPEG or WebP.
 std::unique_ptr<TiffRows> tiff_rows(const std::filesystem::path& file, long long most = most_pixels_by_rows);
 
 /// Floats of channels side by side. Refuses integers, which `what` they hold ("normals") cannot be.

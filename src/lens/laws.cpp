@@ -8,6 +8,7 @@
 
 #include "lens/laws.hpp"
 
+#include "camera/form.hpp"
 #include "lens/solve.hpp"
 #include "require.hpp"
 
@@ -89,6 +90,7 @@ std::vector<const char*> coefficient_names(LensLaw law) {
 }
 
 void check(const LensModel& model) {
+    require_rounding();
     const std::string name = to_string(model.law);
     const std::size_t count = model.k.size(), most = coefficient_names(model.law).size();
     std::string names;
@@ -107,6 +109,7 @@ void check(const LensModel& model) {
                 "; it must be finite, and at most ", most_coefficient);
     for (const auto& [key, value] : {std::pair{"fx", model.fx}, {"fy", model.fy}})
         require(std::isfinite(value) && value > 0, "the lens's ", key, " = ", value, " must be above 0");
+    check_pixel_aspect(model.fy, model.fx);
     require(std::isfinite(model.cx) && std::isfinite(model.cy), "the lens's cx = ", model.cx, " and cy = ", model.cy,
             " must be finite");
     require((model.law == LensLaw::rays) == (model.map != nullptr), "the lens ", name,

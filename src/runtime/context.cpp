@@ -2,6 +2,8 @@
 
 #include "runtime/context.hpp"
 
+#include "require.hpp"
+
 #include <atomic>
 
 #ifdef __unix__
@@ -86,6 +88,11 @@ void check_process() {
         throw Error(
             "OpenCL was used before this process was forked, and does not work in it: start the process anew instead "
             "(Python: multiprocessing's \"spawn\"), or fork before Fathom is first used");
+}
+
+void check_thread() {
+    check_process();
+    require_rounding();
 }
 
 } // namespace fathom::runtime

@@ -53,6 +53,9 @@ bool forked();
 /// Throws: Error in such a process, which tells what to do instead. From the first call on, a fork counts.
 void check_process();
 
+/// The same, for a thread that goes on to compute. Throws: Error also where it does not round to nearest.
+void check_thread();
+
 /// Locks a mutex, unless the thread that holds it may be in the process that this one is a fork of.
 /// Throws: Error as `check_process`.
 [[nodiscard]] inline std::unique_lock<std::mutex> locked(std::mutex& mutex) {

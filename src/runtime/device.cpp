@@ -53,7 +53,7 @@ struct Failure {
 };
 
 std::vector<Found> find_devices(Failure* failure = nullptr) {
-    runtime::check_process();
+    runtime::check_thread();
     const runtime::PoclFolder folder;
     // What a driver says, or nothing if it fails: one bad driver hides only its own devices.
     const auto or_nothing = [&](const auto& action) -> decltype(action()) {

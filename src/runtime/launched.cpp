@@ -35,7 +35,7 @@ void check_event(const Device& device, cl_event event) {
 
 Launched::Launched(const Device& device, const Launch& launch)
     : device_(device), event_(launch.event), exceptions_(std::uncaught_exceptions()) {
-    check_process();
+    check_thread();
     const cl_command_queue own = device.queue();
     require(!launch.queue || launch.queue == own,
             "Launch::queue is not the queue of the images' device; leave it null, or make a Device of that queue");

@@ -29,17 +29,20 @@ struct DofMasksArguments : DepthOptions {
     std::map<std::string, std::string> more; // files of other results, by their names
 };
 
-const description::Operation& described_masks = description::operation<description::DofMasksCall>();
+// Not before main: it would have nobody to catch a lack of memory.
+const description::Operation& described_masks() {
+    return description::operation<description::DofMasksCall>();
+}
 
 // The results that go into one file: the circle, and those that have no option. A mask alone is one of them.
 std::vector<description::Result> in_one_file(description::DofMasksCall& call, std::optional<std::size_t> mask) {
-    std::vector<description::Result> all = described_masks.results_of(&call, {});
+    std::vector<description::Result> all = described_masks().results_of(&call, {});
     std::erase_if(all,
                   [](const description::Result& result) { return !result.wanted && !spelled(result.name).empty(); });
     for (std::size_t i = 1; i < all.size(); ++i)
-        for (const description::Option& option : described_masks.options)
+        for (const description::Option& option : described_masks().options)
             if (option.name == std::string_view(all[i].name))
-                described_masks.set(&call, option, !mask || mask == i);
+                described_masks().set(&call, option, !mask || mask == i);
     return all;
 }
 
@@ -61,7 +64,7 @@ Product product_for(const DofMasksArguments& options) {
         return {.extensions = {".exr"}, .channels = channels, .layer = "depth"};
     }
     description::DofMasksCall call;
-    Product product = product_of(described_masks, in_one_file(call, {})[*options.mask]);
+    Product product = product_of(described_masks(), in_one_file(call, {})[*options.mask]);
     product.layer = "depth";
     if (options.png_scale)
         product.png_scale = options.png_scale;
@@ -103,8 +106,8 @@ std::vector<Result> more_masks_of(const DofMasksArguments& options, const Stored
     if (options.more.empty())
         return {};
     description::DofMasksCall call{.circle = circle, .options = options.masks};
-    outputs_of(described_masks, &call, options.more);
-    std::vector<Result> results = run(described_masks, &call, stored, frame);
+    outputs_of(described_masks(), &call, options.more);
+    std::vector<Result> results = run(described_masks(), &call, stored, frame);
     results.erase(results.begin()); // the circle
     return results;
 }
@@ -113,7 +116,7 @@ std::function<int()> configure_dof_masks(CLI::App& app) {
     const auto options = std::make_shared<DofMasksArguments>();
     add_depth_options(app, *options, {.extensions = {".exr", ".tif", ".pfm", ".npy", ".png"}, .channels = channels});
     add_lens_options(app, options->lens);
-    add_described_options(app, options->masks, described_masks.group);
+    add_described_options(app, options->masks, described_masks().group);
     add_picture_options(app, options->picture, "a picture whose size and edges the masks are to have");
     app.get_option("--color")->required(false);
     app.add_option_function<std::string>(
@@ -127,7 +130,7 @@ std::function<int()> configure_dof_masks(CLI::App& app) {
         ->type_name(CLI::detail::join(channels, "|"))
         ->check(is_one_of(channels))
         ->group("Output");
-    add_result_options(app, described_masks, options->more);
+    add_result_options(app, described_masks(), options->more);
     add_relative_options(app);
     options->camera.or_relative = true;
     return [=] {
@@ -140,7 +143,7 @@ std::function<int()> configure_dof_masks(CLI::App& app) {
             options->relative.color_layer = options->picture.color_layer;
         }
         description::DofMasksCall asked{.options = options->masks};
-        more.outputs = outputs_of(described_masks, &asked, options->more);
+        more.outputs = outputs_of(described_masks(), &asked, options->more);
         const DofMasksOptions& o = asked.options;
         more.whole = options->lens.focus_at ? "--focus-at"
                      : o.tile_min_coc       ? "--tile-min-coc" // the extremes of tiles have rows of their own
@@ -150,7 +153,7 @@ std::function<int()> configure_dof_masks(CLI::App& app) {
             more.looks_first = o.max_near_coc || o.near_alpha || o.disocclusion;
             more.reach = [options](const Tile& tile, const Look& look, const Job& job) {
                 description::DofMasksCall call{.options = options->masks};
-                outputs_of(described_masks, &call, options->more);
+                outputs_of(described_masks(), &call, options->more);
                 return reach(tile, call.options, widest_circle(options->lens, tile, look, call.options.sky, job));
             };
         }

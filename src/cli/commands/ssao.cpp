@@ -30,11 +30,14 @@ struct SsaoArguments : DepthOptions, description::SsaoCall {
     std::map<std::string, std::string> more; // files of other results, by their names
 };
 
-const description::Operation& described_ssao = description::operation<description::SsaoCall>();
+// Not before main: it would have nobody to catch a lack of memory.
+const description::Operation& described_ssao() {
+    return description::operation<description::SsaoCall>();
+}
 
 void add_occlusion_options(CLI::App& app, SsaoArguments& options) {
     description::SsaoCall& described = options;
-    add_described_options(app, described, described_ssao.group);
+    add_described_options(app, described, described_ssao().group);
     app.add_flag_callback(
            "--full-resolution",
            [&sampling = options.options.sampling] {
@@ -42,8 +45,8 @@ void add_occlusion_options(CLI::App& app, SsaoArguments& options) {
            },
            "compute all pixels, whatever the quality chooses")
         ->excludes("--half-resolution", "--max-error")
-        ->group(described_ssao.group);
-    add_explain(app, options.explain, described_ssao.group);
+        ->group(described_ssao().group);
+    add_explain(app, options.explain, described_ssao().group);
 }
 
 // The radius that a camera file of this name has.
@@ -137,7 +140,7 @@ std::vector<Result> occlude(const SsaoArguments& options, const StoredDepth& sto
     if (options.back_depth)
         call.options.thickness = StoredDepth{to_device(stored.image.device(), images.other_depth.values), stored.camera,
                                              images.other_depth.storage};
-    std::vector<Result> results = run(described_ssao, &call, stored, frame);
+    std::vector<Result> results = run(described_ssao(), &call, stored, frame);
     for (Result& result : results)
         if (region)
             result.part = cv::Rect(region->x, region->y, region->width, region->height);
@@ -147,27 +150,27 @@ std::vector<Result> occlude(const SsaoArguments& options, const StoredDepth& sto
 std::function<int()> configure_ssao(CLI::App& app) {
     const auto options = std::make_shared<SsaoArguments>();
     description::SsaoCall& call = *options;
-    const Product visibility = product_of(described_ssao, described_ssao.results_of(&call, {}).front());
+    const Product visibility = product_of(described_ssao(), described_ssao().results_of(&call, {}).front());
     add_depth_options(app, *options, visibility);
     add_occlusion_options(app, *options);
     app.add_option(
            "--normals", options->normals,
-           described_words(described_ssao.options, "--normals",
+           described_words(described_ssao().options, "--normals",
                            ", as `fathom normals` writes them: EXR, PNG, TIFF or PFM (default: from the depth)"))
         ->type_name("FILE")
         ->group("Input");
     app.add_option("--thickness-map", options->thickness_map,
-                   described_words(described_ssao.options, "--thickness-map"))
+                   described_words(described_ssao().options, "--thickness-map"))
         ->type_name("FILE")
         ->group("Input");
     app.add_option("--back-depth", options->back_depth,
-                   described_words(described_ssao.options, "--back-depth",
+                   described_words(described_ssao().options, "--back-depth",
                                    fmt::format(". Of an EXR the channel {}, if it has one; the file is stored as the "
                                                "depth is otherwise",
                                                channel_of_backs)))
         ->type_name("FILE")
         ->group("Input");
-    add_result_options(app, described_ssao, options->more);
+    add_result_options(app, described_ssao(), options->more);
 
     return [=] {
         if (!(options->radius > 0)) {
@@ -186,7 +189,7 @@ std::function<int()> configure_ssao(CLI::App& app) {
             options->camera.first_for([&](const ImportedCamera& camera) { options->packing = camera.packing; });
             more.companions.push_back({"--back-depth", *options->back_depth});
         }
-        more.outputs = outputs_of(described_ssao, static_cast<description::SsaoCall*>(options.get()), options->more);
+        more.outputs = outputs_of(described_ssao(), static_cast<description::SsaoCall*>(options.get()), options->more);
         more.read = [options](const Job& job) { return read_images(*options, job); };
         more.whole = !more.companions.empty()  ? more.companions.front().option
                      : options->options.region ? "--region"

@@ -49,6 +49,10 @@ std::vector<double> numbers(const fs::path& file, const YAML::Node& node, const 
     const YAML::Node list = node.IsMap() ? node["data"] : node;
     if (!list || !list.IsSequence())
         refuse(file, "\"" + name + "\": must be a list of numbers, or a matrix with rows, cols and data");
+    constexpr std::size_t most = 1000; // no camera has so many, and a list of them takes seconds
+    if (list.size() > most)
+        refuse(file, "\"" + name + "\": has " + std::to_string(list.size()) +
+                         " numbers or rows; a camera's have at most " + std::to_string(most));
     std::vector<double> all;
     const auto add = [&](const YAML::Node& each) {
         all.push_back(number(file, each, name + "[" + std::to_string(all.size()) + "]"));

@@ -42,6 +42,10 @@ public:
     }
     /// The text up to a zero.
     std::string name() {
+        constexpr int most = 50'000; // thousands of parts; a file is opened several times, and OpenEXR compares all
+        if (++names_ > most)
+            refuse(file_, "has over " + std::to_string(most) +
+                              " names of attributes and channels; it is damaged, or has to be written with fewer");
         std::string text;
         for (;;) {
             take(1);
@@ -76,6 +80,7 @@ private:
     const std::filesystem::path& file_;
     std::ifstream stream_;
     std::uint64_t size_, at_ = 0;
+    int names_ = 0;
 };
 
 /// Bytes of the values that have a fixed size. OpenEXR reads so many, whatever the header says.

@@ -11,6 +11,7 @@
 #include <algorithm>
 #include <limits>
 #include <memory>
+#include <set>
 #include <string_view>
 
 namespace fathom::io {
@@ -110,9 +111,10 @@ Member Archive::member(std::uint64_t at) const {
 std::vector<Member> Archive::members() const {
     auto [at, count] = directory();
     std::vector<Member> all;
+    std::set<std::string> names;
     for (; count > 0; --count) {
         all.push_back(member(at));
-        if (std::ranges::count(all, all.back().name, &Member::name) > 1)
+        if (!names.insert(all.back().name).second)
             refuse(file_, "has two members named \"" + printable(all.back().name) + "\"; write it again");
         at += 46 + number(at + 28, 2) + number(at + 30, 2) + number(at + 32, 2);
     }
@@ -175,6 +177,7 @@ ArraySize size_of(const std::filesystem::path& file, const Archive& archive, con
 const Member& chosen(const std::filesystem::path& file, const Archive& archive, const std::vector<Member>& arrays,
                      const std::string& wanted) {
     constexpr std::uint64_t most_of_matrix = 16; // numbers, which are a camera's
+    constexpr std::size_t most_looked_at = 1000; // whose headers are unpacked
     if (arrays.empty())
         refuse(file, "is an archive without a NumPy array; save one with numpy.savez_compressed");
     if (!wanted.empty()) {
@@ -188,14 +191,14 @@ const Member& chosen(const std::filesystem::path& file, const Archive& archive, 
     if (arrays.size() == 1)
         return arrays.front();
     std::vector<const Member*> images;
-    for (const Member& each : arrays)
+    for (const Member& each : std::span(arrays).first(std::min(arrays.size(), most_looked_at)))
         if (const auto size = if_any([&] { return size_of(file, archive, each); });
             size && size->pixels > most_of_matrix)
             images.push_back(&each);
     if (const auto depth = std::ranges::find(images, "depth", [](const Member* each) { return lower(called(*each)); });
         depth != images.end())
         return **depth;
-    if (images.size() != 1)
+    if (images.size() != 1 || arrays.size() > most_looked_at)
         refuse(file, "holds several arrays; say which it is (--channel): " + listed(arrays, called));
     return *images.front();
 }

@@ -108,7 +108,9 @@ int keep_error(TIFF*, void* stream, const char*, const char* format, va_list arg
     return 1; // libtiff does not print it
 }
 
-int ignore_warning(TIFF*, void*, const char*, const char*, va_list) {
+int ignore_warning(TIFF*, void* stream, const char* from, const char*, va_list) {
+    stream_of(stream).cut_short |=
+        from && std::string_view(from) == "JPEGPreDecode"; // of fewer pixels than there should be
     return 1;
 }
 
@@ -118,7 +120,7 @@ Tiff open(Stream& stream, const char* mode) {
     const std::unique_ptr<TIFFOpenOptions, decltype(&TIFFOpenOptionsFree)> options(TIFFOpenOptionsAlloc(),
                                                                                    TIFFOpenOptionsFree);
     TIFFOpenOptionsSetErrorHandlerExtR(options.get(), keep_error, &stream);
-    TIFFOpenOptionsSetWarningHandlerExtR(options.get(), ignore_warning, nullptr);
+    TIFFOpenOptionsSetWarningHandlerExtR(options.get(), ignore_warning, &stream);
     return {TIFFClientOpenExt("", mode, &stream, read_stream, write_stream, seek_stream, close_stream, size_of_stream,
                               nullptr, nullptr, options.get()),
             TIFFClose};
@@ -166,6 +168,8 @@ void check_samples(const std::filesystem::path& file, const Directory& d) {
     if (d.bits == 32 && d.format == 0xffff)
         refuse(file,
                "has 32-bit samples without saying of what kind (SampleFormat); save it as signed 32-bit or as float");
+    if (d.compression == COMPRESSION_PIXARLOG)
+        refuse(file, "is packed with PixarLog, which libtiff unpacks to other values each time; save it with Deflate");
     if (d.bits > 8 && d.samples > 1 && d.planes != PLANARCONFIG_CONTIG) // of which libtiff reads one at a time
         refuse(file, "keeps its channels in separate planes; save them interleaved (PlanarConfiguration 1)");
 }
@@ -237,6 +241,10 @@ struct OpenTiff {
         if (directory.photometric == 0xffff || !is_complete(tiff.get(), directory, stream))
             refuse_damaged(file, stream);
         check_holds({static_cast<int>(directory.width), static_cast<int>(directory.height)});
+        // libdeflate stops somewhere before the end of a strip or tile that inflates to more than its rows, and libtiff says
+        // nothing of it.
+        if (directory.compression == COMPRESSION_DEFLATE || directory.compression == COMPRESSION_ADOBE_DEFLATE)
+            TIFFSetField(tiff.get(), TIFFTAG_DEFLATE_SUBCODEC, DEFLATE_SUBCODEC_ZLIB);
     }
 
     /// Can the file hold an image, or a tile, of this size?
@@ -255,13 +263,19 @@ struct OpenTiff {
     Directory directory;
 };
 
+/// Do strips and tiles say themselves how large they are? Of smaller ones libtiff leaves the rest unwritten.
+bool has_own_sizes(const Directory& d) {
+    return d.compression == COMPRESSION_JPEG || d.compression == COMPRESSION_WEBP;
+}
+
 /// Reads samples as they are, from the first row to the last.
 class Reader {
 public:
-    Reader(const OpenTiff& from, int type)
+    /// `pattern`: what memory is filled with before.
+    Reader(const OpenTiff& from, int type, unsigned char pattern = unwritten)
         : file_(from.file), stream_(from.stream), tiff_(from.tiff.get()),
           height_(static_cast<int>(from.directory.height)), width_(static_cast<int>(from.directory.width)), type_(type),
-          tiled_(TIFFIsTiled(tiff_)),
+          pattern_(pattern), tiled_(TIFFIsTiled(tiff_)),
           is_raw_(from.directory.compression == COMPRESSION_NONE &&
                   Directory::small(tiff_, TIFFTAG_FILLORDER, FILLORDER_MSB2LSB) == FILLORDER_MSB2LSB) {
         if (tiled_) {
@@ -269,7 +283,7 @@ public:
                                 height = field(tiff_, TIFFTAG_TILELENGTH, 0u);
             check_size(file_, width, height);
             from.check_holds({static_cast<int>(width), static_cast<int>(height)});
-            tile_.create(static_cast<int>(height), static_cast<int>(width), type);
+            tile_ = filled(static_cast<int>(height), static_cast<int>(width));
         } else {
             const auto all = static_cast<std::uint32_t>(height_);
             strip_rows_ = static_cast<int>(std::clamp(field(tiff_, TIFFTAG_ROWSPERSTRIP, all), 1u, all));
@@ -277,7 +291,7 @@ public:
     }
 
     cv::Mat read(int rows) {
-        cv::Mat image(rows, width_, type_);
+        cv::Mat image = filled(rows, width_);
         const bool read = tiled_ ? read_tiles(image) : read_strips(image);
         if (!read || stream_.cut_short)
             refuse_damaged(file_, stream_);
@@ -285,6 +299,13 @@ public:
     }
 
 private:
+    cv::Mat filled(int rows, int columns) const {
+        cv::Mat image(rows, columns, type_);
+        if (!is_raw_)
+            std::memset(image.data, pattern_, image.total() * image.elemSize());
+        return image;
+    }
+
     bool read_strips(cv::Mat& image) {
         for (int y = 0; y < image.rows;) {
             const int strip = at_ / strip_rows_, begin = strip * strip_rows_,
@@ -375,6 +396,7 @@ private:
     Stream& stream_;
     TIFF* tiff_;
     int height_, width_, type_;
+    unsigned char pattern_;
     bool tiled_, is_raw_;
     int strip_rows_ = 0, at_ = 0;
     cv::Mat tile_, row_of_tiles_;
@@ -439,7 +461,7 @@ public:
     Rows(const std::filesystem::path& file, long long most)
         : file_(file), from_(file), tiff_(file_, from_.stream, most) {
         const auto type = plain_type(tiff_.directory);
-        if (type && tiff_.directory.orientation == ORIENTATION_TOPLEFT) {
+        if (type && tiff_.directory.orientation == ORIENTATION_TOPLEFT && !has_own_sizes(tiff_.directory)) {
             reader_.emplace(tiff_, *type);
             type_ = in_order(cv::Mat(1, 1, *type), tiff_.directory).type();
         }
@@ -511,7 +533,13 @@ std::optional<cv::Mat> read_tiff(const std::filesystem::path& file, const Bytes&
     const auto type = plain_type(tiff.directory);
     if (!type)
         return upright(read_colors(tiff), tiff.directory.orientation);
-    const cv::Mat image = Reader(tiff, *type).read(static_cast<int>(tiff.directory.height));
+    const auto height = static_cast<int>(tiff.directory.height);
+    const cv::Mat image = Reader(tiff, *type).read(height);
+    if (has_own_sizes(tiff.directory)) {
+        const cv::Mat again = Reader(tiff, *type, static_cast<unsigned char>(~unwritten)).read(height);
+        if (std::memcmp(image.data, again.data, image.total() * image.elemSize()) != 0)
+            refuse_damaged(file, stream);
+    }
     return in_order(upright(image, tiff.directory.orientation), tiff.directory);
 }
 

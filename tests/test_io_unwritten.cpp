@@ -1,0 +1,210 @@
+// What decoders leave unwritten is refused, and never shows: images over two patterns of memory are the same.
+#include "io_files.hpp"
+#include "matrices.hpp"
+
+#include "io/formats.hpp"
+#include "io/rows.hpp"
+
+#include <fathom/io.hpp>
+
+#include <opencv2/core.hpp>
+#include <opencv2/imgcodecs.hpp>
+
+#include <malloc.h>
+#include <tiffio.h>
+
+using namespace fathom;
+using namespace fathom::test;
+
+namespace {
+
+/// What a TIFF's strips or tiles are made of.
+struct Coding {
+    std::uint16_t compression, predictor = PREDICTOR_NONE;
+    int type = CV_32FC1;
+    std::uint16_t photometric = PHOTOMETRIC_MINISBLACK;
+};
+
+/// Steps, which every codec makes shorter, and no two rows alike.
+cv::Mat steps_of(int type, cv::Size size) {
+    cv::Mat image(size, type);
+    for (int y = 0; y < size.height; ++y)
+        for (int x = 0; x < size.width; ++x)
+            for (int c = 0; c < image.channels(); ++c) {
+                const int value = 1 + (x / 5 + 3 * y + 7 * c) % 200;
+                const std::size_t at = static_cast<std::size_t>(x * image.channels() + c);
+                if (image.depth() == CV_32F)
+                    image.ptr<float>(y)[at] = static_cast<float>(value) / 7;
+                else if (image.depth() == CV_16U)
+                    image.ptr<std::uint16_t>(y)[at] = static_cast<std::uint16_t>(300 * value);
+                else
+                    image.ptr(y)[at] = static_cast<unsigned char>(value);
+            }
+    return image;
+}
+
+void set_fields(TIFF* tiff, cv::Size size, const Coding& coding) {
+    const cv::Mat pixel(1, 1, coding.type);
+    const std::uint16_t format = pixel.depth() == CV_32F ? SAMPLEFORMAT_IEEEFP : SAMPLEFORMAT_UINT;
+    TIFFSetField(tiff, TIFFTAG_IMAGEWIDTH, size.width);
+    TIFFSetField(tiff, TIFFTAG_IMAGELENGTH, size.height);
+    TIFFSetField(tiff, TIFFTAG_BITSPERSAMPLE, static_cast<int>(pixel.elemSize1() * 8));
+    TIFFSetField(tiff, TIFFTAG_SAMPLEFORMAT, format);
+    TIFFSetField(tiff, TIFFTAG_SAMPLESPERPIXEL, pixel.channels());
+    TIFFSetField(tiff, TIFFTAG_PHOTOMETRIC, coding.photometric);
+    TIFFSetField(tiff, TIFFTAG_PLANARCONFIG, PLANARCONFIG_CONTIG);
+    TIFFSetField(tiff, TIFFTAG_COMPRESSION, coding.compression);
+    if (coding.predictor != PREDICTOR_NONE)
+        TIFFSetField(tiff, TIFFTAG_PREDICTOR, coding.predictor);
+    if (coding.photometric == PHOTOMETRIC_YCBCR)
+        TIFFSetField(tiff, TIFFTAG_YCBCRSUBSAMPLING, 1, 1);
+    if (coding.compression == COMPRESSION_JPEG)
+        TIFFSetField(tiff, TIFFTAG_JPEGTABLESMODE, 0);
+}
+
+/// The bytes that stand for an image as one strip.
+Bytes encoded(const fs::path& file, const cv::Mat& image, const Coding& coding) {
+    TIFF* tiff = TIFFOpen(file.c_str(), "w");
+    REQUIRE(tiff);
+    set_fields(tiff, image.size(), coding);
+    TIFFSetField(tiff, TIFFTAG_ROWSPERSTRIP, image.rows);
+    cv::Mat copy = image.clone(); // libtiff changes it
+    REQUIRE(TIFFWriteEncodedStrip(tiff, 0, copy.data, static_cast<tmsize_t>(copy.total() * copy.elemSize())) > 0);
+    TIFFClose(tiff);
+    tiff = TIFFOpen(file.c_str(), "rc"); // libtiff would take a strip that is not packed for several
+    Bytes bytes(TIFFGetStrileByteCount(tiff, 0));
+    REQUIRE(TIFFReadRawStrip(tiff, 0, bytes.data(), static_cast<tmsize_t>(bytes.size())) ==
+            static_cast<tmsize_t>(bytes.size()));
+    TIFFClose(tiff);
+    return bytes;
+}
+
+/// A TIFF whose strips, or tiles, each hold more or fewer pixels than they should.
+fs::path misfit(const TempFolder& folder, const cv::Mat& image, const Coding& coding, cv::Size piece, bool tiled,
+                cv::Size more) {
+    const fs::path file = folder / "misfit.tif";
+    TIFF* tiff = TIFFOpen(file.c_str(), "w");
+    REQUIRE(tiff);
+    set_fields(tiff, image.size(), coding);
+    if (tiled) {
+        TIFFSetField(tiff, TIFFTAG_TILEWIDTH, piece.width);
+        TIFFSetField(tiff, TIFFTAG_TILELENGTH, piece.height);
+    } else {
+        TIFFSetField(tiff, TIFFTAG_ROWSPERSTRIP, piece.height);
+    }
+    std::uint32_t i = 0;
+    for (int y = 0; y < image.rows; y += piece.height)
+        for (int x = 0; x < image.cols; x += piece.width, ++i) {
+            const int rows = tiled ? piece.height : std::min(piece.height, image.rows - y);
+            cv::Mat held = steps_of(coding.type, {piece.width + more.width, std::max(rows + more.height, 1)});
+            const cv::Rect seen(x, y, std::min({piece.width, held.cols, image.cols - x}),
+                                std::min({rows, held.rows, image.rows - y}));
+            image(seen).copyTo(held(cv::Rect({}, seen.size())));
+            Bytes bytes = encoded(folder / "piece.tif", held, coding);
+            const auto size = static_cast<tmsize_t>(bytes.size());
+            REQUIRE((tiled ? TIFFWriteRawTile : TIFFWriteRawStrip)(tiff, i, bytes.data(), size) == size);
+        }
+    TIFFClose(tiff);
+    return file;
+}
+
+/// What `read` gives over memory that is filled with a pattern; nothing where it refuses.
+template <typename Read>
+cv::Mat over(unsigned char pattern, const Read& read) {
+    io::unwritten = pattern;
+    mallopt(M_PERTURB, pattern); // codecs' own memory; the C library fills it with the pattern's complement
+    cv::Mat image;
+    refusal([&] { image = read(); });
+    mallopt(M_PERTURB, 0);
+    io::unwritten = 0;
+    return image;
+}
+
+/// The image of a TIFF, which is the same over two patterns, whole and by rows.
+cv::Mat over_patterns(const fs::path& file) {
+    const auto all = [&] { return *io::read_tiff(file, get(file)); };
+    const auto by_rows = [&] {
+        const auto rows = io::tiff_rows(file);
+        if (!rows)
+            return all();
+        cv::Mat image;
+        for (int y = 0; y < rows->size().height; y += 3)
+            image.push_back(rows->read(std::min(3, rows->size().height - y)));
+        return image;
+    };
+    const cv::Mat image = over(0x55, all);
+    const auto alike = [&](const cv::Mat& other) { return image.empty() ? other.empty() : same(image, other); };
+    CHECK(alike(over(0xaa, all)));
+    CHECK(alike(over(0x55, by_rows)));
+    CHECK(alike(over(0xaa, by_rows)));
+    return image;
+}
+
+std::vector<Coding> codings() {
+    std::vector<Coding> all;
+    for (const int compression : {COMPRESSION_NONE, COMPRESSION_LZW, COMPRESSION_PACKBITS, COMPRESSION_DEFLATE,
+                                  COMPRESSION_ADOBE_DEFLATE, COMPRESSION_LZMA, COMPRESSION_ZSTD, COMPRESSION_LERC,
+                                  COMPRESSION_PIXARLOG, COMPRESSION_JPEG, COMPRESSION_WEBP})
+        for (const int type : {CV_8UC1, CV_8UC3, CV_16UC1, CV_32FC1})
+            for (const int predictor : {PREDICTOR_NONE, PREDICTOR_HORIZONTAL, PREDICTOR_FLOATINGPOINT}) {
+                const bool predicts = compression == COMPRESSION_LZW || compression == COMPRESSION_DEFLATE ||
+                                      compression == COMPRESSION_ADOBE_DEFLATE || compression == COMPRESSION_LZMA ||
+                                      compression == COMPRESSION_ZSTD;
+                const bool fits = (compression != COMPRESSION_JPEG || CV_MAT_DEPTH(type) == CV_8U) &&
+                                  (compression != COMPRESSION_WEBP || type == CV_8UC3) &&
+                                  (compression != COMPRESSION_PIXARLOG || type != CV_8UC1);
+                if (TIFFIsCODECConfigured(static_cast<std::uint16_t>(compression)) && fits &&
+                    (predictor == PREDICTOR_NONE || predicts) &&
+                    (predictor != PREDICTOR_FLOATINGPOINT || type == CV_32FC1))
+                    all.push_back(
+                        {static_cast<std::uint16_t>(compression), static_cast<std::uint16_t>(predictor), type,
+                         static_cast<std::uint16_t>(CV_MAT_CN(type) > 1 ? PHOTOMETRIC_RGB : PHOTOMETRIC_MINISBLACK)});
+            }
+    all.push_back({COMPRESSION_JPEG, PREDICTOR_NONE, CV_8UC3, PHOTOMETRIC_YCBCR});
+    all.push_back({COMPRESSION_LZW, PREDICTOR_NONE, CV_8UC1, PHOTOMETRIC_MINISWHITE});
+    all.push_back({COMPRESSION_ADOBE_DEFLATE, PREDICTOR_NONE, CV_8UC1, PHOTOMETRIC_MINISWHITE});
+    return all;
+}
+
+} // namespace
+
+TEST_CASE(
+    "unwritten: strips and tiles of a TIFF that hold more than their pixels are cut, with fewer they are refused, "
+    "over any memory",
+    "[io]") {
+    TIFFSetErrorHandler(nullptr);
+    TIFFSetWarningHandler(nullptr);
+    const TempFolder folder;
+    int files = 0, whole = 0, refused = 0;
+    for (const Coding& coding : codings())
+        for (const auto& [rows, tiled] : {std::pair{64, false}, {16, false}, {1, false}, {16, true}})
+            for (const int more : {-1, 0, 1, 63}) {
+                const bool has_size = coding.compression == COMPRESSION_JPEG ||
+                                      coding.compression == COMPRESSION_WEBP || coding.compression == COMPRESSION_LERC;
+                for (const int wider : {0, -5, 5}) {
+                    if ((wider != 0 && !has_size) || (rows == 1 && more < 0))
+                        continue;
+                    const cv::Mat image = steps_of(coding.type, {96, 65});
+                    const cv::Size piece(tiled ? 16 : image.cols, rows);
+                    const fs::path file = misfit(folder, image, coding, piece, tiled, {wider, more});
+                    CAPTURE(coding.compression, coding.predictor, coding.type, rows, tiled, more, wider);
+                    const cv::Mat read = over_patterns(file);
+                    ++files;
+                    (read.empty() ? refused : whole) += 1;
+                    const bool loses = coding.compression == COMPRESSION_JPEG || coding.compression == COMPRESSION_WEBP;
+                    if (coding.compression == COMPRESSION_PIXARLOG || wider < 0 ||
+                        (more < 0 && coding.compression != COMPRESSION_NONE)) // whose strips have no end
+                        CHECK(read.empty());
+                    else if ((more == 0 && wider == 0) || (more > 0 && !has_size))
+                        CHECK(!read.empty());
+                    if (read.empty() || loses || more < 0)
+                        continue;
+                    const cv::Mat theirs = cv::imread(file, cv::IMREAD_UNCHANGED);
+                    if (coding.photometric != PHOTOMETRIC_MINISWHITE)
+                        CHECK(same(io::swap_red_and_blue(read), image));
+                    else if (more == 0)
+                        CHECK(same(read, theirs));
+                }
+            }
+    std::cout << files << " TIFFs, " << whole << " read whole, " << refused << " refused\n";
+}
