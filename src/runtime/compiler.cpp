@@ -242,8 +242,11 @@ void end_with_parent() {
 /// Hashes of what was compiled, in a file of PoCL's folder.
 class Compiled {
 public:
-    Compiled()
-        : file_(open((pocl_folder() / "fathom-compiled").c_str(), O_RDWR | O_APPEND | O_CREAT | O_CLOEXEC, 0600)) {
+    Compiled() {
+        const std::string name = pocl_folder() / "fathom-compiled";
+        file_ = open(name.c_str(), O_RDWR | O_APPEND | O_CREAT | O_CLOEXEC, 0666);
+        if (file_ < 0) // somebody else's
+            file_ = open(name.c_str(), O_RDONLY | O_CLOEXEC);
         std::size_t hash = 0;
         while (file_ >= 0 && read(file_, &hash, sizeof hash) == sizeof hash)
             all_.insert(hash);
@@ -253,13 +256,13 @@ public:
 
     void add(std::size_t hash) {
         all_.insert(hash);
-        if (file_ >= 0 && write(file_, &hash, sizeof hash) != sizeof hash) { // is compiled once more then
-        }
+        if (file_ >= 0 && write(file_, &hash, sizeof hash) != sizeof hash) // the next run asks again
+            close(std::exchange(file_, -1));
     }
 
 private:
     std::set<std::size_t> all_;
-    int file_;
+    int file_ = -1;
 };
 
 struct Compiler {
