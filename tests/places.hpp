@@ -5,6 +5,6 @@ namespace fathom::test::places {
 
 extern const char *const sources, *const shared_data;
 extern const char *const program, *const by_strips, *const failing_malloc; // empty without fathom_io
-extern const bool sanitized;                        // under AddressSanitizer memory has other sizes
+extern const bool sanitized; // under AddressSanitizer memory has other sizes
 
 } // namespace fathom::test::places

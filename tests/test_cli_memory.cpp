@@ -172,7 +172,7 @@ TEST_CASE("memory: an allocation that fails ends in one line, or in the result",
     if (places::sanitized)
         return; // which has an allocator of its own
     const Folder folder;
-    const std::string depth = depth_file(folder), camera = camera_file(folder), z = folder / "out/z.exr";
+    const std::string depth = depth_file(folder, "depth.exr"), camera = camera_file(folder), z = folder / "out/z.exr";
     const Arguments command{"linearize", depth, "--camera", camera, "-o", z};
     check_done(run(command));
     const std::string whole = content(z);

@@ -177,7 +177,7 @@ ArraySize size_of(const std::filesystem::path& file, const Archive& archive, con
 const Member& chosen(const std::filesystem::path& file, const Archive& archive, const std::vector<Member>& arrays,
                      const std::string& wanted) {
     constexpr std::uint64_t most_of_matrix = 16; // numbers, which are a camera's
-    constexpr std::size_t most_unpacked = 1000; // whose headers are unpacked
+    constexpr std::size_t most_unpacked = 1000;  // whose headers are unpacked
     if (arrays.empty())
         refuse(file, "is an archive without a NumPy array; save one with numpy.savez_compressed");
     if (!wanted.empty()) {
