@@ -7,9 +7,11 @@ const char* const shared_data = FATHOM_SHARED_DATA;
 #ifdef FATHOM_PROGRAM
 const char* const program = FATHOM_PROGRAM;
 const char* const by_strips = FATHOM_BY_STRIPS;
+const char* const failing_malloc = FATHOM_FAILING_MALLOC;
 #else
 const char* const program = "";
 const char* const by_strips = "";
+const char* const failing_malloc = "";
 #endif
 const char* const layer = FATHOM_LAYER;
 #ifdef __SANITIZE_ADDRESS__

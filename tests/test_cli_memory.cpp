@@ -167,3 +167,35 @@ TEST_CASE("program: ssao of 8192 x 8192 pixels keeps to 512 MiB, dof of 16384 x 
                      folder, 1024, 512 + 2 * 1536);
     }
 }
+
+TEST_CASE("memory: an allocation that fails ends in one line, or in the result", "[slow]") {
+    if (places::sanitized)
+        return; // which has an allocator of its own
+    const Folder folder;
+    const std::string depth = depth_file(folder, "depth.exr"), camera = camera_file(folder), z = folder / "out/z.exr";
+    const Arguments command{"linearize", depth, "--camera", camera, "-o", z};
+    check_done(run(command));
+    const std::string whole = content(z);
+    std::mt19937 random(1);
+    std::map<int, int> codes;
+    for (int i = 0; i < 80; ++i) {
+        const auto number = std::to_string(i < 20 ? i + 1 : 1 + random() % 25'000); // before the driver's many
+        CAPTURE(number);
+        fs::remove(z);
+        const Outcome outcome =
+            run(command,
+                {.before = {"env", std::string("LD_PRELOAD=") + places::failing_malloc, "FATHOM_FAILS_AT=" + number}});
+        ++codes[outcome.code];
+        CAPTURE(outcome.err);
+        if (outcome.code == 0) {
+            CHECK(content(z) == whole);
+        } else {
+            CHECK((outcome.code == 1 || outcome.code == 2));
+            CHECK(outcome.err.starts_with("fathom: "));
+            CHECK(std::ranges::count(outcome.err, '\n') == 1);
+            CHECK(!fs::exists(z));
+        }
+    }
+    for (const auto& [code, runs] : codes)
+        std::cout << "code " << code << ": " << runs << " runs\n";
+}

@@ -550,7 +550,8 @@ TEST_CASE("program: a name that is too long is told so, and so are too many open
 TEST_CASE("program: an image that is too wide is named, not its camera") {
     const Folder folder;
     const std::string camera = folder / "camera.json", depth = depth_file(folder, "wide.pfm", ramp(130'001, 1));
-    write(camera, R"({"orthographic": {"left": -1, "right": 1, "bottom": -1, "top": 1, "near": 1, "far": 2}})");
+    write(camera,
+          R"({"orthographic": {"left": -130001, "right": 130001, "bottom": -1, "top": 1, "near": 1, "far": 2}})");
     check_refused({"ssao", depth, "--camera", camera, "--radius", "1", "-o", folder / "out/ao.exr"}, 1,
                   "wide.pfm: an image of 130001 x 1 pixels: at most 130000 in a row or column; crop it or split it");
 }

@@ -208,3 +208,33 @@ TEST_CASE(
             }
     std::cout << files << " TIFFs, " << whole << " read whole, " << refused << " refused\n";
 }
+
+TEST_CASE("unwritten: damaged pictures of every other format are refused, or the same over any memory", "[io]") {
+    std::mt19937 random(1);
+    const TempFolder folder;
+    int read = 0, refused = 0;
+    for (const std::string name : {"a.png", "a.jpg", "a.hdr", "a.ppm", "a.pfm", "a.npy"}) {
+        cv::Mat image = steps_of(name == "a.hdr" || name == "a.pfm" || name == "a.npy" ? CV_32FC3 : CV_8UC3, {96, 65});
+        if (name == "a.npy" || name == "a.pfm")
+            write_color(folder / name, image);
+        else
+            REQUIRE(cv::imwrite(folder / name, image));
+        const Bytes whole = get(folder / name);
+        for (int round = 0; round < 150; ++round) {
+            Bytes bytes = whole;
+            for (int i = 0; i < 1 + round % 3; ++i)
+                bytes[random() % bytes.size()] = static_cast<unsigned char>(random());
+            if (round % 5 == 0)
+                bytes.resize(bytes.size() / 2 + random() % (bytes.size() / 2));
+            const auto file = put(folder / ("b" + fs::path(name).extension().string()), bytes);
+            const cv::Mat one = over(0x55, [&] { return read_color(file); }),
+                          other = over(0xaa, [&] { return read_color(file); });
+            CAPTURE(name, round);
+            CHECK(one.empty() == other.empty());
+            if (!one.empty() && !other.empty())
+                CHECK(same(one, other));
+            (one.empty() ? refused : read) += 1;
+        }
+    }
+    std::cout << read << " damaged pictures read, " << refused << " refused\n";
+}

@@ -13,8 +13,13 @@
 #include <cerrno>
 #include <csignal>
 #include <cstdio>
+#include <cstdlib>
+#include <exception>
 #include <new>
+#include <string_view>
 #include <system_error>
+
+#include <unistd.h>
 
 #ifdef __GLIBC__
 #include <malloc.h>
@@ -62,6 +67,23 @@ int guarded_run(int argc, char** argv) {
 }
 
 } // namespace
+
+// Where a lack of memory meets what lets no exception out, such as CLI11 and what is made before `main`, it ends in a line, too,
+// which takes no memory.
+[[gnu::constructor(101)]] void end_in_one_line() {
+    static const std::terminate_handler otherwise = std::get_terminate();
+    std::set_terminate([] {
+        try {
+            if (std::current_exception())
+                throw;
+        } catch (const std::bad_alloc&) {
+            constexpr std::string_view line = "fathom: not enough memory\n";
+            std::_Exit(::write(STDERR_FILENO, line.data(), line.size()) < 0 ? 128 + SIGABRT : input_failed);
+        } catch (...) {
+        }
+        otherwise();
+    });
+}
 
 // A frame takes the memory of the one before it. Otherwise each image would go back to the system and come again page by
 // page, which costs more than most operations.

@@ -42,6 +42,8 @@ void append(std::string& source, const std::string& file, std::set<std::string>&
             source += line + '\n';
         }
     }
+    if (lines.bad()) // which getline says of a string that has no memory
+        throw std::bad_alloc();
 }
 
 std::string build_options(const Defines& defines, bool correct_rounding) {

@@ -46,13 +46,16 @@ std::vector<description::Result> in_one_file(description::DofMasksCall& call, st
     return all;
 }
 
-std::vector<std::string> channels_of(description::DofMasksCall call) {
-    std::vector<std::string> channels;
-    for (const description::Result& result : in_one_file(call, {}))
-        channels.emplace_back(result.content.channels);
-    return channels;
+const std::vector<std::string>& channels() {
+    static const std::vector<std::string> all = [] {
+        description::DofMasksCall call{};
+        std::vector<std::string> names;
+        for (const description::Result& result : in_one_file(call, {}))
+            names.emplace_back(result.content.channels);
+        return names;
+    }();
+    return all;
 }
-const std::vector<std::string> channels = channels_of({});
 
 // What is written: all masks, which only an EXR holds, or the one that was asked for.
 Product product_for(const DofMasksArguments& options) {
@@ -60,8 +63,8 @@ Product product_for(const DofMasksArguments& options) {
         const std::string extension = options.format.empty() ? extension_of(options.output) : options.format;
         if (extension == ".tif" || extension == ".pfm" || extension == ".npy" || extension == ".png")
             throw UsageError(fmt::format("{}: a {} holds one mask; choose it with --mask {}, or write .exr",
-                                         options.output, extension, CLI::detail::join(channels, "|")));
-        return {.extensions = {".exr"}, .channels = channels, .layer = "depth"};
+                                         options.output, extension, CLI::detail::join(channels(), "|")));
+        return {.extensions = {".exr"}, .channels = channels(), .layer = "depth"};
     }
     description::DofMasksCall call;
     Product product = product_of(described_masks(), in_one_file(call, {})[*options.mask]);
@@ -88,7 +91,7 @@ cv::Mat masks_of(const DofMasksArguments& options, const StoredDepth& stored, co
     };
     description::DofMasksCall call{.circle = circle, .options = options.masks};
     const std::vector<description::Result> results = in_one_file(call, options.mask);
-    cv::Mat all(height, width, CV_32FC(options.mask ? 1 : static_cast<int>(channels.size())));
+    cv::Mat all(height, width, CV_32FC(options.mask ? 1 : static_cast<int>(channels().size())));
     for (const auto& [begin, end, first, last] : bands({0, height, height, {0}, pixels_of}, most_pixels)) {
         call.results = dof_masks(stored.region(0, begin, width, end - begin), circle, call.options);
         cv::Mat part = all.rowRange(begin, end);
@@ -114,7 +117,7 @@ std::vector<Result> more_masks_of(const DofMasksArguments& options, const Stored
 
 std::function<int()> configure_dof_masks(CLI::App& app) {
     const auto options = std::make_shared<DofMasksArguments>();
-    add_depth_options(app, *options, {.extensions = {".exr", ".tif", ".pfm", ".npy", ".png"}, .channels = channels});
+    add_depth_options(app, *options, {.extensions = {".exr", ".tif", ".pfm", ".npy", ".png"}, .channels = channels()});
     add_lens_options(app, options->lens);
     add_described_options(app, options->masks, described_masks().group);
     add_picture_options(app, options->picture, "a picture whose size and edges the masks are to have");
@@ -122,13 +125,13 @@ std::function<int()> configure_dof_masks(CLI::App& app) {
     app.add_option_function<std::string>(
            "--mask",
            [options](const std::string& name) {
-               for (std::size_t i = 0; i < channels.size(); ++i)
-                   if (channels[i] == name)
+               for (std::size_t i = 0; i < channels().size(); ++i)
+                   if (channels()[i] == name)
                        options->mask = i;
            },
            "write this mask only, to any type of file")
-        ->type_name(CLI::detail::join(channels, "|"))
-        ->check(is_one_of(channels))
+        ->type_name(CLI::detail::join(channels(), "|"))
+        ->check(is_one_of(channels()))
         ->group("Output");
     add_result_options(app, described_masks(), options->more);
     add_relative_options(app);

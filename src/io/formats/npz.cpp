@@ -177,7 +177,7 @@ ArraySize size_of(const std::filesystem::path& file, const Archive& archive, con
 const Member& chosen(const std::filesystem::path& file, const Archive& archive, const std::vector<Member>& arrays,
                      const std::string& wanted) {
     constexpr std::uint64_t most_of_matrix = 16; // numbers, which are a camera's
-    constexpr std::size_t most_looked_at = 1000; // whose headers are unpacked
+    constexpr std::size_t most_unpacked = 1000;  // whose headers are unpacked
     if (arrays.empty())
         refuse(file, "is an archive without a NumPy array; save one with numpy.savez_compressed");
     if (!wanted.empty()) {
@@ -191,14 +191,14 @@ const Member& chosen(const std::filesystem::path& file, const Archive& archive, 
     if (arrays.size() == 1)
         return arrays.front();
     std::vector<const Member*> images;
-    for (const Member& each : std::span(arrays).first(std::min(arrays.size(), most_looked_at)))
+    for (const Member& each : std::span(arrays).first(std::min(arrays.size(), most_unpacked)))
         if (const auto size = if_any([&] { return size_of(file, archive, each); });
             size && size->pixels > most_of_matrix)
             images.push_back(&each);
     if (const auto depth = std::ranges::find(images, "depth", [](const Member* each) { return lower(called(*each)); });
         depth != images.end())
         return **depth;
-    if (images.size() != 1 || arrays.size() > most_looked_at)
+    if (images.size() != 1 || arrays.size() > most_unpacked)
         refuse(file, "holds several arrays; say which it is (--channel): " + listed(arrays, called));
     return *images.front();
 }
