@@ -4,13 +4,8 @@
 namespace fathom::test::places {
 
 extern const char *const sources, *const shared_data;
-<<<<<<< HEAD
-extern const char *const program, *const by_strips; // empty without fathom_io
-extern const char* const layer;                     // between OpenCL's loader and its drivers: tests/opencl_layer
-extern const bool sanitized;                        // under AddressSanitizer memory has other sizes
-=======
 extern const char *const program, *const by_strips, *const failing_malloc; // empty without fathom_io
-extern const bool sanitized; // under AddressSanitizer memory has other sizes
->>>>>>> h-io
+extern const char* const layer; // between OpenCL's loader and its drivers: tests/opencl_layer
+extern const bool sanitized;    // under AddressSanitizer memory has other sizes
 
 } // namespace fathom::test::places
