@@ -15,6 +15,9 @@
 #define HIDDEN_HIGHLIGHTS (HIGHLIGHTS + CHANNELS) // under FILL and BRIGHT
 #define PLANES (HIGHLIGHTS + BRIGHT * CHANNELS * (1 + FILL) + MOMENT)
 
+#ifndef LEAST_KNOWN
+#define LEAST_KNOWN 0.0f
+#endif
 #define KNOWN 0.1667f // of an aperture: where less is known, a layer does not stand for all that the foreground hides
 
 // Under BEHIND 2 a second surface may be a guess. Behind a blurred foreground it counts wholly where it is as blurred as that,
@@ -158,7 +161,7 @@ INLINE void composite(__global float* here, uint plane, bool follows, const floa
     const intV some = (sum[0] > 0.0f) & (through > 0.0f);
     if (!any_of(some))
         return;
-    floatV seen = select((floatV)0.0f, min(through, through_far * (sum[0] / sum[1])), some);
+    floatV seen = select((floatV)0.0f, min(through, through_far * (sum[0] / max(sum[1], LEAST_KNOWN))), some);
     if (known)
         seen *= *known;
     if (wide) {

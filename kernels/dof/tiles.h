@@ -20,6 +20,9 @@
 #define HIDES(first, p) hides_within(fabs((first) - (float)(p)->middle), p)
 #define hides_within(away, p) min(max(min(away - 1.0f, 1.0f - (away - (p)->guessed) * (1.0f / (p)->per_octave)), 0.0f), 1.0f)
 
+// Pixels of an aperture: where running sums know less, a layer is seen that much less, since their rounding is divided by it.
+#define RUNNING_LEAST 2.0f
+
 // Bits of a tile's last word that are no layer: some colour lies beyond the knee; some pixel's area is not a pixel's; some
 // neighbours of one another do not lie on one surface, the nearer of them before the focus.
 #define TILE_BRIGHT 0x80000000u
