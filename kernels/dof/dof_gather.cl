@@ -15,9 +15,8 @@
 
 #ifndef DIRECT
 #error "DIRECT is not defined: 1 to read pixels instead of strips, 0 otherwise"
-#elif !DIRECT
-#define LEAST_KNOWN RUNNING_LEAST
 #endif
+#define RUNNING !DIRECT
 #define MOMENT 0
 #include "dof/layer.h"
 

@@ -27,9 +27,7 @@
 #define LINES 4 // that a row is cut into along the half-plane's border
 #if DIRECT
 #define EMPTY 1e-9f
-#define LEAST_KNOWN 0.0f
 #else
-#define LEAST_KNOWN RUNNING_LEAST
 #define EMPTY 1e-3f // what a cut leaves of running sums may be their rounding
 #endif
 #define LEAST 1e-4f // of the lens: a smaller part, left or covered, is taken for none
@@ -343,9 +341,12 @@ KERNEL void dof_parts(__global const float* source, __global const uint* list, _
     }
 
     const intV some = even[0] > EMPTY, some_cut = (cut[0] > EMPTY) & (open.fraction > 0.0f);
-    const floatV seen_even =
-        select((floatV)0.0f, left * (1.0f - open.fraction) * (even[0] / max(even[1], LEAST_KNOWN)), some);
-    const floatV seen_cut = select((floatV)0.0f, left * open.fraction * (cut[0] / max(cut[1], LEAST_KNOWN)), some_cut);
+#if !DIRECT
+    even[1] = max(even[1], RUNNING_LEAST);
+    cut[1] = max(cut[1], RUNNING_LEAST);
+#endif
+    const floatV seen_even = select((floatV)0.0f, left * (1.0f - open.fraction) * (even[0] / even[1]), some);
+    const floatV seen_cut = select((floatV)0.0f, left * open.fraction * (cut[0] / cut[1]), some_cut);
     const floatV seen = seen_even + seen_cut, rest = through - min(seen, through);
     const floatV scale = select((floatV)0.0f, (through - rest) / seen, seen > 0.0f); // as much as T loses once it is rounded
     const floatV of_even = select((floatV)0.0f, seen_even * scale / even[0], some);
@@ -361,6 +362,11 @@ KERNEL void dof_parts(__global const float* source, __global const uint* list, _
         const floatV light = even[COLORS + k], light_cut = cut[COLORS + k];
 #endif
         __global float* to = here + (k + 1) * p.state_plane;
+#if DIRECT
         *(__global float_lanes*)to = fma(of_even, light, fma(of_cut, light_cut, LOAD(float, to)));
+#else
+        *(__global float_lanes*)to =
+            fma(of_even, of_running(light), fma(of_cut, of_running(light_cut), LOAD(float, to)));
+#endif
     }
 }
