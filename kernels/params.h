@@ -424,8 +424,9 @@ typedef struct {
     u32 state_row;     // row of the planes that the state's first row belongs to
     u32 state_plane;   // elements from plane to plane of the state
     float guessed;     // layers from the middle up to which what a surface hides is guessed wholly, and over an octave less
+    u32 areas;         // elements from the first plane to that of the pixels' areas; 0 where all of them are a pixel's
 } blur_params;
-PARAMS(blur_params, 72)
+PARAMS(blur_params, 76)
 
 // One layer of circle of confusion, or the first of several, and the tiles that one launch computes.
 typedef struct {

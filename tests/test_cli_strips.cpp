@@ -76,7 +76,7 @@ struct ExrForm {
     Imf::Compression compression = Imf::ZIP_COMPRESSION;
     int tile = 0;
     Imf::LineOrder order = Imf::INCREASING_Y;
-    int margin = 0; ///< of the data window around the display window
+    int margin = 0; ///< of the data window around the display window; below 0 within it
 };
 
 cv::Mat as_type(const cv::Mat& values, Imf::PixelType type) {
@@ -251,6 +251,10 @@ TEST_CASE("strips: operations that look around, and several results", "[cli][slo
         check("dof", exr, joined(circle, {"--color", light, "--quality", quality}));
     for (const std::string& picture : {codes, whole})
         check("dof", tiff, joined(circle, {"--color", picture, "--highlights", "1.5", "--sky", "sharp"}));
+    const std::string cut =
+        write_exr(folder / "cut.exr", color(cv::Rect(3, 3, color.cols - 6, color.rows - 6)).clone(), {.margin = -3});
+    for (const std::string& of : {exr, tiff}) // which has no data window
+        check("dof", of, joined(circle, {"--color", cut}));
     const Arguments lens{"--f-stop", "2", "--sensor-mm", "36"};
     check("dof-masks", exr, joined(lens, {"--focus-along", "3,5,6"}));
     // These are made of the whole image.

@@ -394,17 +394,28 @@ TEST_CASE("exr results: pictures and depths beside an overscan lie in the same p
     write(camera, R"({"intrinsics": {"fx": 20, "fy": 20, "cx": 8, "cy": 5}, "encoding": "inverse", "scale": 4096})");
     const ExrImage depth{.display = {{0, 0}, {15, 9}}, .data = {{-4, -3}, {20, 12}}};
     const std::string z = write(fs::path(folder / "z.exr"), depth).string();
-    // The picture has another data window. Without fog it comes out as it went in.
+    // The picture has another data window, which the result keeps. Without fog it comes out as it went in.
     const ExrImage colors{
         .display = {{0, 0}, {15, 9}}, .data = {{-4, -3}, {9, 12}}, .channels = {"R", "G", "B"}, .more = dress};
     const std::string picture = write(fs::path(folder / "c.exr"), colors).string(), result = folder / "out/f.exr";
     check_done({"fog", z, "--color", picture, "--camera", camera, "-o", result, "--density", "0", "--quiet"});
     const Imf::MultiPartInputFile exr(result.c_str());
-    CHECK(exr.header(0).dataWindow() == depth.data);
+    CHECK(exr.header(0).dataWindow() == colors.data);
     CHECK(inherited(exr.header(0)) == inherited(Imf::MultiPartInputFile(picture.c_str()).header(0)));
     const DepthFile red = read_depth(result, {.channel = "R", .packing = {}, .overscan = true});
     CHECK(red.values.at<float>(2, 3) == static_cast<float>(truth(0, -1, -1)));
-    CHECK(std::isnan(red.values.at<float>(2, 20)));
+
+    // No blur leaves the picture's window either, whether more pixels have a depth or fewer: nothing is NaN, and nothing is cut off.
+    for (const Imath::Box2i& window : {colors.data, Imath::Box2i{{2, 1}, {30, 7}}}) {
+        ExrImage part = colors;
+        part.data = window;
+        const std::string cut = write(fs::path(folder / "cut.exr"), part).string(), blurred = folder / "out/b.exr";
+        check_done({"dof", z, "--color", cut, "--camera", camera, "-o", blurred, "--circle", "9,99", "--quiet"});
+        const Imath::Box2i expected{window.min, {std::min(window.max.x, depth.data.max.x), window.max.y}};
+        CHECK(Imf::MultiPartInputFile(blurred.c_str()).header(0).dataWindow() == expected);
+        const cv::Mat values = read_depth(blurred, {.channel = "R", .packing = {}, .overscan = true}).values;
+        CHECK(cv::checkRange(values));
+    }
 
     // A file without windows is as large as the display window.
     cv::imwrite(folder / "c.png", cv::Mat(10, 16, CV_8UC3, cv::Scalar(10, 20, 30)));

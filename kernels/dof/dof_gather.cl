@@ -13,12 +13,12 @@
 // cache.
 // Built for: FILL = 0 1; BRIGHT = 0 1; DIRECT = 0 1; BEHIND = 0 1 2
 
-#define MOMENT 0
-#include "dof/layer.h"
-
 #ifndef DIRECT
 #error "DIRECT is not defined: 1 to read pixels instead of strips, 0 otherwise"
 #endif
+#define RUNNING !DIRECT
+#define MOMENT 0
+#include "dof/layer.h"
 
 #define ROWS dof_rows_at_once
 #if DIRECT
@@ -34,13 +34,13 @@ INLINE floatV behind_of(floatV off) {
 }
 
 INLINE void add_span(__global const float* from, const span_params* span, const blur_params* p, float layer, floatV* sum) {
-    const floatV weight = span->weight;
 #if FILL
     const float alike = 2.0f * ((float)p->middle - layer); // layers on, circles are as large again
 #endif
     for (int column = span->low; column < span->high; ++column) {
         const floatV off = LOAD(float, from + column) - layer;
-        const floatV own = weight * max(1.0f - fabs(off), 0.0f);
+        const floatV area = p->areas ? span->weight * LOAD(float, from + p->areas + column) : (floatV)span->weight;
+        const floatV own = area * max(1.0f - fabs(off), 0.0f);
         floatV behind = behind_of(off);
 #if BEHIND
         __global const float* second = from + (1 + CHANNELS) * p->plane + column;
@@ -48,10 +48,10 @@ INLINE void add_span(__global const float* from, const span_params* span, const 
         if (BEHIND == 1 || any_of(off_second > -2.0f)) {
 #if BEHIND == 2
             const floatV open = OPEN_BEHIND(off + layer, off_second + layer, p);
-            const floatV counted = weight * COUNTED_BEHIND(open, off_second + layer, layer, p);
+            const floatV counted = area * COUNTED_BEHIND(open, off_second + layer, layer, p);
             behind = max(behind, open * behind_of(off_second));
 #else
-            const floatV counted = weight;
+            const floatV counted = area;
             behind = behind_of(max(off, off_second));
 #endif
             const floatV own_second = counted * max(1.0f - fabs(off_second), 0.0f);
@@ -61,11 +61,11 @@ INLINE void add_span(__global const float* from, const span_params* span, const 
         }
 #endif
         sum[0] += own;
-        sum[1] = fma(weight, behind, sum[1]);
+        sum[1] = fma(area, behind, sum[1]);
 #if FILL
-        const floatV sharper = weight * min(max(min(off - sharper_from(layer, p), alike - off), 0.0f), 1.0f);
+        const floatV sharper = area * min(max(min(off - sharper_from(layer, p), alike - off), 0.0f), 1.0f);
         sum[2 + CHANNELS] += sharper;
-        sum[3 + 2 * CHANNELS] += weight * min(max(off - alike + 1.0f, 0.0f), 1.0f);
+        sum[3 + 2 * CHANNELS] += area * min(max(off - alike + 1.0f, 0.0f), 1.0f);
 #endif
         for (int k = 0; k < CHANNELS; ++k) {
             const floatV value = LOAD(float, from + (k + 1) * p->plane + column);

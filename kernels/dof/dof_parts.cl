@@ -124,6 +124,12 @@ INLINE void add_pixels(__global const float* here, int x, int y, __global const 
             for (int k = 0; k < CHANNELS; ++k)
                 value[COLORS + k] = fma(own_second, LOAD(float, second + (k + 1) * p->plane), value[COLORS + k]);
         }
+        if (p->areas) {
+            const floatV area = LOAD(float, from + p->areas);
+#pragma unroll
+            for (int k = 0; k < MOMENT; ++k)
+                value[k] *= area;
+        }
 #pragma unroll
         for (int k = 0; k < MOMENT; ++k)
             even[k] = fma((floatV)weight, value[k], even[k]);
@@ -335,12 +341,17 @@ KERNEL void dof_parts(__global const float* source, __global const uint* list, _
     }
 
     const intV some = even[0] > EMPTY, some_cut = (cut[0] > EMPTY) & (open.fraction > 0.0f);
+#if !DIRECT
+    even[1] = max(even[1], RUNNING_LEAST);
+    cut[1] = max(cut[1], RUNNING_LEAST);
+#endif
     const floatV seen_even = select((floatV)0.0f, left * (1.0f - open.fraction) * (even[0] / even[1]), some);
     const floatV seen_cut = select((floatV)0.0f, left * open.fraction * (cut[0] / cut[1]), some_cut);
-    const floatV seen = seen_even + seen_cut, scale = select((floatV)1.0f, through / seen, seen > through);
+    const floatV seen = seen_even + seen_cut, rest = through - min(seen, through);
+    const floatV scale = select((floatV)0.0f, (through - rest) / seen, seen > 0.0f); // as much as T loses once it is rounded
     const floatV of_even = select((floatV)0.0f, seen_even * scale / even[0], some);
     const floatV of_cut = select((floatV)0.0f, seen_cut * scale / cut[0], some_cut);
-    *(__global float_lanes*)here = through - min(seen, through);
+    *(__global float_lanes*)here = rest;
     *(__global float_lanes*)moment = u - fma(of_even, even[MOMENT], of_cut * cut[MOMENT]);
     *(__global float_lanes*)(moment + p.state_plane) = v - fma(of_even, even[MOMENT_DOWN], of_cut * cut[MOMENT_DOWN]);
 #pragma unroll
@@ -351,6 +362,11 @@ KERNEL void dof_parts(__global const float* source, __global const uint* list, _
         const floatV light = even[COLORS + k], light_cut = cut[COLORS + k];
 #endif
         __global float* to = here + (k + 1) * p.state_plane;
+#if DIRECT
         *(__global float_lanes*)to = fma(of_even, light, fma(of_cut, light_cut, LOAD(float, to)));
+#else
+        *(__global float_lanes*)to =
+            fma(of_even, of_running(light), fma(of_cut, of_running(light_cut), LOAD(float, to)));
+#endif
     }
 }

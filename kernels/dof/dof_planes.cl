@@ -2,7 +2,7 @@
 //   s = middle + sign(c) n (L(|c| + o) - L(1 + o)),  L(2^i (1 + t)) = i + t + b t (1 - t),  n layers an octave
 // A pixel lies in the two layers around s, the nearer one the more; s is a multiple of 1/512, so that the two fractions,
 // and any sum of them, are exact. A pixel without a circle, or with a colour that is NaN, takes part in no layer.
-// The circles stand where the layers will.
+// The circles stand where the layers will. Every pixel has an area of 1, until dof_unmix.cl takes some apart.
 // Under CLEAN_PLATE the circles and colours are those of a clean plate: where it lies behind the picture, it is the
 // pixel's second surface.
 // Built for: CLEAN_PLATE = 0 1
@@ -59,4 +59,7 @@ KERNEL void dof_planes(__global const ELEMENT_TYPE* color, __global float* plane
     *(__global float_lanes*)target = select((floatV)NOWHERE, layer, known);
     for (int k = 0; k < CHANNELS; ++k)
         *(__global float_lanes*)(target + (k + 1) * p.plane) = select((floatV)0.0f, value[k], known);
+#if !CLEAN_PLATE
+    *(__global float_lanes*)(target + p.areas) = (floatV)1.0f;
+#endif
 }

@@ -1,5 +1,6 @@
 // Which layers a tile's pixels lie in, a bit each. The last bit says whether some colour lies beyond the knee, the two before it
-// whether something before the focus ends in either half of its columns, of dof_hiding_columns each.
+// whether something before the focus ends in either half of its columns, of dof_hiding_columns each, and the one before these
+// whether some pixel's area is not a pixel's.
 // Under HIDING tiles are narrower, and only the pixels count that have a surface behind them, with this one.
 // Built for: HIDING = 0 1
 
@@ -47,7 +48,7 @@ KERNEL void dof_tiles(__global const float* planes, __global uint* tiles, const 
     uintV found[dof_tile_words];
     for (int word = 0; word < dof_tile_words; ++word)
         found[word] = 0;
-    intV bright = 0, jump[dof_tile_columns / dof_hiding_columns] = {0, 0};
+    intV bright = 0, area = 0, jump[dof_tile_columns / dof_hiding_columns] = {0, 0};
     for (uint row = 0; row < dof_tile_rows; ++row) {
         for (uint column = 0; column < COLUMNS; column += V) {
             __global const float* first =
@@ -69,10 +70,12 @@ KERNEL void dof_tiles(__global const float* planes, __global uint* tiles, const 
                 ends_between(here, right, (float)p.middle) | ends_between(here, below, (float)p.middle);
             add_layers(found, here, here >= 0.0f);
             bright |= is_bright(first, &p);
+            area |= LOAD(float, first + p.areas) != 1.0f;
 #endif
         }
     }
     found[dof_tile_words - 1] |= select((uintV)0, (uintV)TILE_BRIGHT, as_uintV(bright)) |
+                                 select((uintV)0, (uintV)TILE_AREA, as_uintV(area)) |
                                  select((uintV)0, (uintV)TILE_JUMP, as_uintV(jump[0])) |
                                  select((uintV)0, (uintV)(TILE_JUMP << 1), as_uintV(jump[1]));
     for (int word = 0; word < dof_tile_words; ++word) {

@@ -1,6 +1,7 @@
-// Takes the light of a blurred foreground out of the pixels beyond its edge, where an antialiased picture has mixed it in: see
-// mixed.h. Under u.gain, which is launched next, it joins the foreground's own pixel beside it, with which it is spread. Beside a
-// sharp foreground it stays where it is, on top of the blur of what lies behind.
+// Takes the fragment of a foreground out of the pixels beyond its edge, where an antialiased picture has mixed it in: see
+// mixed.h. Its area goes with its light, so that a pixel's colour remains one that pixels have. Under u.gain, which is launched
+// next, it joins the foreground's own pixel beside it, with which it is spread. Beside a sharp foreground it stays where it is,
+// before all layers, so the layers have that much less of the lens there.
 
 #include "dof/mixed.h"
 
@@ -16,19 +17,7 @@ INLINE floatV beside(__global const float* planes, const blur_params* p, size_t 
     return found;
 }
 
-// Has light been taken from a pixel?
-INLINE bool has_lost(__global const float* planes, __global const ELEMENT_TYPE* color, const grid_params* grid,
-                     const blur_params* p, int column, int row, float* lost) {
-    color_at(color, grid, p, column, row, lost);
-    bool any_lost = false;
-    for (uint k = 0; k < CHANNELS; ++k) {
-        lost[k] -= planes[(k + 1) * p->plane + in_planes(p, 0, (uint)column, (uint)row)];
-        any_lost |= lost[k] != 0.0f;
-    }
-    return any_lost;
-}
-
-// One row of V pixels of a tile, of which `some` may lie beyond an edge, or before it under `gain`. Has any light moved?
+// One row of V pixels of a tile, of which `some` may lie beyond an edge, or before it under `gain`. Does anything move?
 INLINE bool unmix(__global float* planes, __global const ELEMENT_TYPE* color, __global float* state,
                   const grid_params* grid, const blur_params* p, uint gain, int first, int row, intV some) {
     const size_t begin = in_planes(p, 0, (uint)first, (uint)row);
@@ -39,35 +28,49 @@ INLINE bool unmix(__global float* planes, __global const ELEMENT_TYPE* color, __
             continue;
         const int column = first + i;
         const edge_at e = edge_around(planes, p, column, row);
+        __global float* pixel = planes + begin + i;
         across_edge way;
-        float light[CHANNELS];
+        fragments of;
         if (gain) {
-            const light_parts parts = parts_of_light(&e);
+            const fragment_parts parts = parts_of_fragment(&e);
             if (!(parts.moves > 0.0f))
                 continue;
+            const float taken = parts.moves + parts.stays;
             for (int n = 0; n < 9; ++n) {
                 const int x = column + n % 3 - 1, y = row + n / 3 - 1;
-                if (!(e.excess[n] > e.excess[HERE]) || !has_lost(planes, color, grid, p, x, y, light))
+                if (!(e.excess[n] > e.excess[HERE]) || planes[p->areas + in_planes(p, 0, (uint)x, (uint)y)] == 1.0f)
                     continue;
                 const edge_at beyond = edge_around(planes, p, x, y);
-                if (beyond.side > 0 && find_across(&beyond, &way) && x + way.to_x == column && y + way.to_y == row)
-                    for (uint k = 0; k < CHANNELS; ++k)
-                        planes[(k + 1) * p->plane + begin + i] += parts.moves / (parts.moves + parts.stays) * light[k];
+                if (beyond.side <= 0 || !find_across(&beyond, &way) || x + way.to_x != column || y + way.to_y != row ||
+                    !take_apart(planes, color, grid, p, x, y, &beyond, &way, taken, &of))
+                    continue;
+                const float joins = parts.moves / taken * of.part, area = pixel[p->areas] + joins;
+                for (uint k = 0; k < CHANNELS; ++k) {
+                    const float own = pixel[(k + 1) * p->plane];
+                    pixel[(k + 1) * p->plane] = fma(joins / area, of.near[k] - own, own);
+                }
+                pixel[p->areas] = area;
             }
             continue;
         }
-        if (e.side <= 0 || !find_across(&e, &way) ||
-            !light_of_nearer(planes, color, grid, p, column, row, &e, &way, light))
+        if (e.side <= 0 || !find_across(&e, &way))
             continue;
         const edge_at nearer = edge_around(planes, p, column + way.to_x, row + way.to_y);
-        const light_parts parts = parts_of_light(&nearer);
-        const bool laid = row >= (int)p->state_row && (uint)row - p->state_row < p->state_plane / p->stride;
+        const fragment_parts parts = parts_of_fragment(&nearer);
+        const float taken = parts.moves + parts.stays;
+        if (!take_apart(planes, color, grid, p, column, row, &e, &way, taken, &of))
+            continue;
         any |= parts.moves > 0.0f;
-        for (uint k = 0; k < CHANNELS; ++k) {
-            planes[(k + 1) * p->plane + begin + i] -= (parts.moves + parts.stays) * light[k];
-            if (laid)
-                state[(k + 1) * p->state_plane + in_state(p, begin + i)] = parts.stays * light[k];
-        }
+        for (uint k = 0; k < CHANNELS; ++k)
+            pixel[(k + 1) * p->plane] = of.far[k];
+        pixel[p->areas] = 1.0f - of.part;
+        if (row < (int)p->state_row || (uint)row - p->state_row >= p->state_plane / p->stride)
+            continue;
+        const float rest = 1.0f - parts.stays / taken * of.part;
+        __global float* laid = state + in_state(p, begin + i);
+        laid[0] = rest;
+        for (uint k = 0; k < CHANNELS; ++k)
+            laid[(k + 1) * p->state_plane] = (1.0f - rest) * of.near[k];
     }
     return any;
 }

@@ -12,8 +12,12 @@
  second surface of a pixel, and columns, 0 otherwise; BEHIND is 2 where that surface is a guess"
 #endif
 #define HIGHLIGHTS (2 + CHANNELS + FILL * (2 + CHANNELS))
-#define PLANES (HIGHLIGHTS + BRIGHT * CHANNELS + MOMENT)
+#define HIDDEN_HIGHLIGHTS (HIGHLIGHTS + CHANNELS) // under FILL and BRIGHT
+#define PLANES (HIGHLIGHTS + BRIGHT * CHANNELS * (1 + FILL) + MOMENT)
 
+#ifndef RUNNING
+#define RUNNING 0 // 1 where sums are differences of running sums
+#endif
 #define KNOWN 0.1667f // of an aperture: where less is known, a layer does not stand for all that the foreground hides
 
 // Under BEHIND 2 a second surface may be a guess. Behind a blurred foreground it counts wholly where it is as blurred as that,
@@ -33,15 +37,26 @@ INLINE float of_guess(float layer, const blur_params* p) {
 typedef float16 __attribute__((aligned(4))) float16_anywhere;
 #define LOAD_16(pointer) (*(__global const float16_anywhere*)(pointer))
 
-// Adds a channel of a surface, weighted by `own`; the part beyond the knee is summed apart.
-INLINE void add_color(float16* value, int k, float16 own, float16 color, float knee) {
+// Adds a channel of a surface to sum `to`, weighted by `own`; the part beyond the knee is summed apart, in `highlights`.
+INLINE void add_color(float16* value, int to, int highlights, float16 own, float16 color, float knee) {
 #if BRIGHT
     const float16 base = min(max(color, -knee), knee);
-    value[HIGHLIGHTS + k] = fma(own, color - base, value[HIGHLIGHTS + k]);
+    value[highlights] = fma(own, color - base, value[highlights]);
 #else
     const float16 base = color;
 #endif
-    value[2 + k] = fma(own, base, value[2 + k]);
+    value[to] = fma(own, base, value[to]);
+}
+
+// What a pixel counts is rounded to 1/512, as layers are: sums of it are exact, so differences of running sums are, too. What
+// they leave of the rounding of other sums would pass for a weight.
+INLINE float16 in_steps(float16 part) {
+    return convert_float16(convert_int16(fma(part, (float16)512.0f, (float16)0.5f))) * 0x1p-9f;
+}
+
+// A part of 16 pixels, as much as they have an area.
+INLINE float16 of_area(float16 part, __global const float* here, const blur_params* p) {
+    return p->areas ? in_steps(LOAD_16(here + p->areas) * part) : part;
 }
 
 // The weight of a pixel that lies `off` layers behind this one, or in it.
@@ -56,21 +71,24 @@ INLINE bool any_of_16(int16 condition) {
     return (pair.x | pair.y) != 0;
 }
 
-// The same of 16 pixels of a row: of either surface, if they have two.
-INLINE float16 behind_either(__global const float* here, float layer, const blur_params* p) {
-    const float16 first = LOAD_16(here), behind = behind_layer(first - layer);
 #if BEHIND
-    const float16 second = LOAD_16(here + (1 + CHANNELS) * p->plane);
+#define SECOND(here, p) ((here) + (1 + CHANNELS) * (p)->plane)
+#endif
+
+// What 16 pixels of a row count as behind a layer, or in it: of either surface, if they have two.
+INLINE float16 behind_either(__global const float* here, float layer, const blur_params* p) {
+    const float16 first = LOAD_16(here);
+    float16 behind = behind_layer(first - layer);
+#if BEHIND
+    const float16 second = LOAD_16(SECOND(here, p));
 #endif
 #if BEHIND == 2
-    if (!any_of_16(second > layer - 2.0f))
-        return behind;
-    return max(behind, OPEN_BEHIND(first, second, p) * behind_layer(second - layer));
+    if (any_of_16(second > layer - 2.0f))
+        behind = max(behind, in_steps(OPEN_BEHIND(first, second, p) * behind_layer(second - layer)));
 #elif BEHIND
-    return max(behind, behind_layer(second - layer));
-#else
-    return behind;
+    behind = max(behind, behind_layer(second - layer));
 #endif
+    return of_area(behind, here, p);
 }
 
 // How many layers behind a layer those pixels begin that it may hide and that are sharper. Its own surface goes on in the next
@@ -79,68 +97,52 @@ INLINE float sharper_from(float layer, const blur_params* p) {
     return layer == (float)p->middle - 1.0f ? 0.0f : 1.0f;
 }
 
-#if BEHIND == 2
-// Adds what the second surfaces of 16 pixels of a row count for a layer.
-INLINE void add_second(float16* value, __global const float* here, float layer, const blur_params* p) {
-    __global const float* second = here + (1 + CHANNELS) * p->plane;
-    const float16 its = LOAD_16(second);
-    if (!any_of_16(its > layer - 2.0f))
-        return;
-    const float16 first = LOAD_16(here), open = OPEN_BEHIND(first, its, p);
-    value[1] += max(open * behind_layer(its - layer) - behind_layer(first - layer), 0.0f);
-    const float16 own = COUNTED_BEHIND(open, its, layer, p) * max(1.0f - fabs(its - layer), 0.0f);
-    if (!any_of_16(own > 0.0f))
-        return;
-    value[0] += own;
-    for (int k = 0; k < CHANNELS; ++k)
-        add_color(value, k, own, LOAD_16(second + (k + 1) * p->plane), p->knee);
-}
-#endif
-
 // Adds what 16 pixels of a row count for a layer. `columns` are their numbers, used under MOMENT.
 INLINE void add_pixels(float16* value, __global const float* here, float layer, float16 columns, const blur_params* p) {
-    const float16 off = LOAD_16(here) - layer;
-    const float16 own = max(1.0f - fabs(off), 0.0f);
-#if BEHIND == 1
-    __global const float* second = here + (1 + CHANNELS) * p->plane;
-    const float16 off_second = LOAD_16(second) - layer;
-#if MOMENT
-    const float16 open = min(max((-off - JUMP) * (1.0f / SLOPE), 0.0f), 1.0f);
+    const float16 first = LOAD_16(here), off = first - layer;
+    const float16 own = of_area(max(1.0f - fabs(off), 0.0f), here, p);
+    float16 behind = behind_layer(off), all = own;
+#if BEHIND
+    __global const float* second = SECOND(here, p);
+    const float16 its = LOAD_16(second);
+    float16 own_second = 0.0f;
+    if (BEHIND == 1 || any_of_16(its > layer - 2.0f)) {
+        const float16 off_second = its - layer;
+#if BEHIND == 2
+        const float16 open = OPEN_BEHIND(first, its, p), counted = COUNTED_BEHIND(open, its, layer, p);
+#elif MOMENT
+        const float16 open = min(max((-off - JUMP) * (1.0f / SLOPE), 0.0f), 1.0f), counted = open;
 #else
-    const float16 open = 1.0f;
+        const float16 open = 1.0f, counted = open;
 #endif
-    const float16 own_second = open * max(1.0f - fabs(off_second), 0.0f);
-    const float16 all = own + own_second;
-#else
-    const float16 all = own;
+        behind = max(behind, in_steps(open * behind_layer(off_second)));
+        own_second = of_area(in_steps(counted * max(1.0f - fabs(off_second), 0.0f)), here, p);
+        all += own_second;
+    }
 #endif
     value[0] += all;
-#if BEHIND == 1
-    value[1] += max(behind_layer(off), open * behind_layer(off_second));
-#else
-    value[1] += behind_layer(off);
-#endif
+    value[1] += of_area(behind, here, p);
 #if MOMENT
     value[PLANES - 1] = fma(all, columns, value[PLANES - 1]);
 #endif
 #if FILL
     const float alike = 2.0f * ((float)p->middle - layer); // layers on, circles are as large again
-    const float16 sharper = min(max(min(off - sharper_from(layer, p), alike - off), 0.0f), 1.0f);
+    const float16 sharper =
+        of_area(min(max(min(off - sharper_from(layer, p), alike - off), 0.0f), 1.0f), here, p);
     value[2 + CHANNELS] += sharper;
-    value[3 + 2 * CHANNELS] += min(max(off - alike + 1.0f, 0.0f), 1.0f);
+    value[3 + 2 * CHANNELS] += of_area(min(max(off - alike + 1.0f, 0.0f), 1.0f), here, p);
 #endif
     for (int k = 0; k < CHANNELS; ++k) {
         const float16 color = LOAD_16(here + (k + 1) * p->plane);
-        add_color(value, k, own, color, p->knee);
-#if BEHIND == 1
-        add_color(value, k, own_second, LOAD_16(second + (k + 1) * p->plane), p->knee);
-#endif
+        add_color(value, 2 + k, HIGHLIGHTS + k, own, color, p->knee);
 #if FILL
-        value[3 + CHANNELS + k] = fma(sharper, color, value[3 + CHANNELS + k]);
+        add_color(value, 3 + CHANNELS + k, HIDDEN_HIGHLIGHTS + k, sharper, color, p->knee);
 #endif
     }
-#if BEHIND == 2
-    add_second(value, here, layer, p);
+#if BEHIND
+    if (BEHIND == 1 || any_of_16(own_second > 0.0f))
+        for (int k = 0; k < CHANNELS; ++k)
+            add_color(value, 2 + k, HIGHLIGHTS + k, own_second, LOAD_16(second + (k + 1) * p->plane), p->knee);
 #endif
 }
 
@@ -159,7 +161,7 @@ INLINE void composite(__global float* here, uint plane, bool follows, const floa
     const intV some = (sum[0] > 0.0f) & (through > 0.0f);
     if (!any_of(some))
         return;
-    floatV seen = select((floatV)0.0f, min(through, through_far * (sum[0] / sum[1])), some);
+    floatV seen = select((floatV)0.0f, min(through, through_far * (sum[0] / (RUNNING ? max(sum[1], RUNNING_LEAST) : sum[1]))), some);
     if (known)
         seen *= *known;
     if (wide) {
@@ -167,8 +169,11 @@ INLINE void composite(__global float* here, uint plane, bool follows, const floa
         seen = fma(*wide, min(seen, max(left, 0.0f)) - seen, seen);
         *(__global float_lanes*)left_to_wide = fma(-*wide, seen, left);
     }
+    // As much as T loses once it is rounded: in the end 1 - T is what was seen in all, however little that is.
+    const floatV rest = through - seen;
+    seen = through - rest;
     const floatV fraction = select((floatV)0.0f, seen / sum[0], some);
-    *(__global float_lanes*)here = through - seen;
+    *(__global float_lanes*)here = rest;
     for (int k = 0; k < CHANNELS; ++k) {
         __global float* to = here + (k + 1) * plane;
 #if BRIGHT
@@ -176,20 +181,25 @@ INLINE void composite(__global float* here, uint plane, bool follows, const floa
 #else
         const floatV color = sum[2 + k];
 #endif
-        *(__global float_lanes*)to = fma(fraction, color, LOAD(float, to));
+        *(__global float_lanes*)to = fma(fraction, RUNNING ? of_running(color) : color, LOAD(float, to));
     }
 #if FILL
     // What is left to wide circles is the mean over the layers of the foreground, each weighted by what is seen of it.
     const floatV left = LOAD(float, left_to_wide), wider = through_far * (sum[3 + 2 * CHANNELS] / sum[1]);
-    const floatV part = seen / (1.0f - (through - seen));
-    const intV first = through == 1.0f;
+    const floatV part = select((floatV)0.0f, seen / (1.0f - rest), rest < 1.0f);
+    const intV first = left == INFINITY;
     *(__global float_lanes*)left_to_wide = select(left, select(fma(wider - left, part, left), wider, first), some);
     __global float* hidden = here + (CHANNELS + 1) * plane;
     const floatV share = select((floatV)0.0f, seen / sum[1], some); // a layer that is hardly seen hides hardly anything
     *(__global float_lanes*)hidden = fma(share, sum[2 + CHANNELS], LOAD(float, hidden));
     for (int k = 0; k < CHANNELS; ++k) {
         __global float* to = hidden + (k + 1) * plane;
-        *(__global float_lanes*)to = fma(share, sum[3 + CHANNELS + k], LOAD(float, to));
+#if BRIGHT
+        const floatV color = sum[3 + CHANNELS + k] + sum[HIDDEN_HIGHLIGHTS + k];
+#else
+        const floatV color = sum[3 + CHANNELS + k];
+#endif
+        *(__global float_lanes*)to = fma(share, RUNNING ? of_running(color) : color, LOAD(float, to));
     }
 #endif
 }

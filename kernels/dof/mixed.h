@@ -1,8 +1,9 @@
 // What an antialiased picture mixes into the pixels beside an edge in depth. Depth is a point sample, so a pixel whose centre
 // lies on the farther side of an edge has the farther circle, though a part of its colour is the nearer surface's:
 //   C = B + a (F - B),  B one pixel away from the edge, F two pixels beyond it, a the part by least squares
-// a (F - B) is then light of the nearer surface. Where C is not on the line from B to F, or a is more than a pixel can have
-// whose centre lies beyond the edge, the pixel is taken to have a colour of its own.
+// The pixel is then two fragments, of area a and 1 - a, whose colours' mean is C. Each lies between C and the colour on its side
+// of the edge, so neither has a colour that no pixel has. Where C is not on the line from B to F, or a is more than a pixel can
+// have whose centre lies beyond the edge, the pixel is taken to have a colour of its own.
 
 #ifndef FATHOM_MIXED_H
 #define FATHOM_MIXED_H
@@ -18,8 +19,8 @@
 #define MOST_PART_END 0.8f // and what it never has
 #define BLURRED_PX 0.5f    // circles larger than a pixel by this are blurred
 #define STAYS_PX 1.5f      // foregrounds whose circles are larger than a pixel by this are not sharp
-// A foreground whose circle is larger than a pixel by this takes all light of the mixed pixel. With a smaller circle it takes a
-// part that grows with the circle's area, since such a blur does not hide that light has moved by a pixel.
+// A foreground whose circle is larger than a pixel by this takes all of its fragment. With a smaller circle it takes a part that
+// grows with the circle's area, since such a blur does not hide that the fragment has moved by a pixel.
 #define MOVES_ALL_PX 7.0f
 
 INLINE float layer_at(__global const float* planes, const blur_params* p, int column, int row) {
@@ -118,48 +119,61 @@ INLINE bool find_across(const edge_at* e, across_edge* found) {
     return true;
 }
 
-// Parts of the light of a nearer surface in a pixel beyond its edge: to the neighbour on the nearer surface, and on top of the
-// blur. What is left remains in the pixel.
+// Parts of a nearer surface's fragment in a pixel beyond its edge: what joins the neighbour on the nearer surface, and what stays
+// on top of the blur. What is left remains in the pixel.
 typedef struct {
     float moves, stays;
-} light_parts;
+} fragment_parts;
 
 // `nearer` is the edge as that neighbour sees it.
-INLINE light_parts parts_of_light(const edge_at* nearer) {
+INLINE fragment_parts parts_of_fragment(const edge_at* nearer) {
     const float circle = fabs(nearer->excess[HERE]), moving = rising(circle, 0.0f, MOVES_ALL_PX);
     const float moves = nearer->side < 0 ? moving * sqrt(moving) : 0.0f;
-    return (light_parts){moves, min(1.0f - rising(circle, 0.0f, STAYS_PX), 1.0f - moves)};
+    return (fragment_parts){moves, min(1.0f - rising(circle, 0.0f, STAYS_PX), 1.0f - moves)};
 }
 
-// Is there any light of a nearer surface?
-INLINE bool light_of_nearer(__global const float* planes, __global const ELEMENT_TYPE* color, const grid_params* grid,
-                            const blur_params* p, int column, int row, const edge_at* e, const across_edge* way,
-                            float* light) {
+// A pixel that is taken apart: the nearer surface's part of its area, and the colours of either part.
+typedef struct {
+    float part;
+    float near[CHANNELS], far[CHANNELS];
+} fragments;
+
+INLINE float between(float value, float one, float other) {
+    return min(max(value, min(one, other)), max(one, other));
+}
+
+// Is there anything of a nearer surface? `taken` is what parts its fragment has that leave the pixel.
+INLINE bool take_apart(__global const float* planes, __global const ELEMENT_TYPE* color, const grid_params* grid,
+                       const blur_params* p, int column, int row, const edge_at* e, const across_edge* way, float taken,
+                       fragments* of) {
     const float blurred = min(max(fabs(e->nearest), fabs(e->farthest)) * (1.0f / BLURRED_PX), 1.0f);
     const bool deep = is_about(planes, p, column - way->two_x, row - way->two_y, e->nearest, way->alike);
-    float here[CHANNELS], far[CHANNELS], near[CHANNELS];
+    float here[CHANNELS], far[CHANNELS], near[CHANNELS], from_far[3], to_near[3];
     color_at(color, grid, p, column, row, here);
     color_at(color, grid, p, column + way->one_x, row + way->one_y, far);
     color_at(color, grid, p, column + (deep ? -way->two_x : way->to_x),
              row + (deep ? -way->two_y : way->to_y), near);
-    for (int k = 0; k < CHANNELS; ++k) {
-        here[k] -= far[k];
-        near[k] -= far[k];
+    for (int k = 0; k < 3; ++k) {
+        from_far[k] = here[k] - far[k];
+        to_near[k] = near[k] - far[k];
     }
-    const float along = product_of(here, near), length = product_of(near, near); // an alpha follows the colours
+    const float along = product_of(from_far, to_near), length = product_of(to_near, to_near); // an alpha follows the colours
     if (!(along > 0.0f && length < INFINITY))
         return false;
     const float part = along / length;
     float beside[3];
     for (int k = 0; k < 3; ++k)
-        beside[k] = fma(-part, near[k], here[k]);
+        beside[k] = fma(-part, to_near[k], from_far[k]);
     const float off = product_of(beside, beside);
-    const float its = min(part, 1.0f) * blurred * (1.0f - rising(off / length, OFF_LINE, OFF_LINE_END)) *
-                      (1.0f - rising(part, MOST_PART, MOST_PART_END));
-    if (!(its > 0.0f))
+    of->part = taken * min(part, 1.0f) * blurred * (1.0f - rising(off / length, OFF_LINE, OFF_LINE_END)) *
+               (1.0f - rising(part, MOST_PART, MOST_PART_END));
+    if (!(of->part > 0.0f))
         return false;
-    for (int k = 0; k < CHANNELS; ++k)
-        light[k] = its * near[k];
+    for (int k = 0; k < CHANNELS; ++k) {
+        const float rest = 1.0f - of->part;
+        of->far[k] = between(fma(-of->part, near[k], here[k]) / rest, here[k], far[k]);
+        of->near[k] = between(fma(-rest, of->far[k], here[k]) / of->part, here[k], near[k]);
+    }
     return true;
 }
 

@@ -20,9 +20,19 @@
 #define HIDES(first, p) hides_within(fabs((first) - (float)(p)->middle), p)
 #define hides_within(away, p) min(max(min(away - 1.0f, 1.0f - (away - (p)->guessed) * (1.0f / (p)->per_octave)), 0.0f), 1.0f)
 
-// Bits of a tile's last word that are no layer: some colour lies beyond the knee; some neighbours of one another do not lie on
-// one surface, the nearer of them before the focus.
+// Differences of running sums hold the rounding of both. Where they know less of an aperture than so many pixels, a layer is seen
+// that much less, since their rounding is divided by it; and what little they have below 0 of a colour is none.
+#define RUNNING_LEAST 2.0f
+#define RUNNING_ROUNDING 0x1p-12f
+
+INLINE floatV of_running(floatV color) {
+    return select(color, (floatV)0.0f, (color < 0.0f) & (color > -RUNNING_ROUNDING));
+}
+
+// Bits of a tile's last word that are no layer: some colour lies beyond the knee; some pixel's area is not a pixel's; some
+// neighbours of one another do not lie on one surface, the nearer of them before the focus.
 #define TILE_BRIGHT 0x80000000u
+#define TILE_AREA 0x10000000u
 #define TILE_JUMP 0x20000000u // in the first half of its columns; the next bit is the second half's
 
 #if !defined(CHANNELS) || CHANNELS < 3 || CHANNELS > 4
@@ -87,7 +97,7 @@ INLINE uint found_around(__global const uint* tiles, const blur_params* p, uint 
         if (words[k / 32] >> k % 32 & 1u)
             return 2;
         for (uint word = from / 32; word < dof_tile_words; ++word) {
-            const uint no_layer = word == dof_tile_words - 1 ? TILE_BRIGHT | TILE_JUMP | TILE_JUMP << 1 : 0u;
+            const uint no_layer = word == dof_tile_words - 1 ? TILE_BRIGHT | TILE_AREA | TILE_JUMP | TILE_JUMP << 1 : 0u;
             const uint bits = words[word] & ~no_layer;
             some |= word == from / 32 ? bits >> from % 32 : bits;
         }

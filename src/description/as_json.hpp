@@ -60,11 +60,15 @@ inline nlohmann::ordered_json as_json(const Option& option) {
 
 inline nlohmann::ordered_json as_json(const Result& result) {
     const bool is_light = result.content.of == Content::Of::light;
+    const Range& range = result.content.range;
     return {{"name", result.name},
             {"element", is_light ? "that of the picture" : "float32"},
             {"size", is_light ? "that of the picture" : result.shape.sides},
             {"channels", is_light ? 0 : result.shape.layout.channels},
             {"always", result.wanted},
+            {"least", as_json(range.least, false)},
+            {"most", as_json(range.most, false)},
+            {"range_words", result.content.range_words},
             {"words", result.words}};
 }
 

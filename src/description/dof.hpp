@@ -59,7 +59,10 @@ void describe(const Visitor& v, Call& call) {
 
 template <typename Visitor>
 void describe_results(const Visitor& v, DofCall& call, const StoredDepth&) {
-    v("result", call.result, true, like(call.color), light(), "the blurred picture");
+    v("result", call.result, true, like(call.color),
+      light(
+          "each channel between the least and the greatest of the colours that can reach the pixel; alpha from 0 to 1"),
+      "the blurred picture");
 }
 
 } // namespace fathom::description

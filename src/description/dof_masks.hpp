@@ -55,15 +55,18 @@ void describe_results(const Visitor& v, DofMasksCall& call, const StoredDepth& s
     const DofMasksOptions& o = call.options;
     DofMasks& results = call.results;
     const auto pixel = floats(stored, 1), tile = tiles(stored, o.tile_px);
-    v("coc", results.coc, true, pixel, lengths("coc", "pixels"),
+    const Range circle = between(-o.max_coc_px, o.max_coc_px).or_infinite(),
+                near_circle = between(0, o.max_coc_px).or_infinite();
+    const char* const sum = "the weights near, focus and far of a pixel sum to 1, or are all 0";
+    v("coc", results.coc, true, pixel, lengths("coc", circle, "pixels"),
       "diameter of the circle of confusion in pixels, positive behind the focus; NaN if invalid");
-    v("near_weight", results.near_weight, o.near_weight, pixel, fractions("near"),
+    v("near_weight", results.near_weight, o.near_weight, pixel, fractions("near", sum),
       "the weight of what lies before the focus: 1 there, 0 in focus and behind it");
-    v("focus_weight", results.focus_weight, o.focus_weight, pixel, fractions("focus"),
+    v("focus_weight", results.focus_weight, o.focus_weight, pixel, fractions("focus", sum),
       "the weight of what is in focus");
-    v("far_weight", results.far_weight, o.far_weight, pixel, fractions("far"),
+    v("far_weight", results.far_weight, o.far_weight, pixel, fractions("far", sum),
       "the weight of what lies behind the focus: 1 there, 0 in focus and before it");
-    v("max_near_coc", results.max_near_coc, o.max_near_coc, pixel, lengths("coc", "pixels"),
+    v("max_near_coc", results.max_near_coc, o.max_near_coc, pixel, lengths("coc", near_circle, "pixels"),
       "the largest near CoC that reaches each pixel, pixels");
     v("near_alpha", results.near_alpha, o.near_alpha, pixel, fractions("near"),
       "how much of each pixel the blurred near field covers");
@@ -71,9 +74,9 @@ void describe_results(const Visitor& v, DofMasksCall& call, const StoredDepth& s
       "where a blur shows what lies behind the near field: 1 there, else 0");
     v("mixed_pixels", results.mixed_pixels, o.mixed_pixels, pixel, fractions("mixed"),
       "which pixels have a depth that was averaged over an edge: 1 for them, else 0");
-    v("tile_min_coc", results.tile_min_coc, o.tile_min_coc, tile, lengths("min", "pixels"),
+    v("tile_min_coc", results.tile_min_coc, o.tile_min_coc, tile, lengths("min", circle, "pixels"),
       "the smallest CoC of each tile, pixels");
-    v("tile_max_coc", results.tile_max_coc, o.tile_max_coc, tile, lengths("max", "pixels"),
+    v("tile_max_coc", results.tile_max_coc, o.tile_max_coc, tile, lengths("max", circle, "pixels"),
       "the largest CoC of each tile, pixels");
 }
 

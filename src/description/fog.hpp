@@ -59,7 +59,9 @@ void describe(const Visitor& v, Call& call) {
 
 template <typename Visitor>
 void describe_results(const Visitor& v, FogCall& call, const StoredDepth&) {
-    v("result", call.result, true, like(call.color), light(), "the picture with fog");
+    v("result", call.result, true, like(call.color),
+      light("each channel between the picture's and the fog's, which counts times alpha where that is multiplied in"),
+      "the picture with fog");
 }
 
 } // namespace fathom::description

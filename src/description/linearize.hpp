@@ -37,7 +37,8 @@ Example:
 
 template <typename Visitor>
 void describe_results(const Visitor& v, LinearizeCall& call, const StoredDepth& stored) {
-    v("result", call.result, true, floats(stored, 1), lengths(call.options.as == Along::ray ? "distance" : "Z"),
+    v("result", call.result, true, floats(stored, 1),
+      lengths(call.options.as == Along::ray ? "distance" : "Z", any_number.or_infinite()),
       "in scene units, positive in front of the camera. Invalid pixels are NaN");
 }
 

@@ -46,7 +46,8 @@ Example:
 
 template <typename Visitor>
 void describe_results(const Visitor& v, NormalsCall& call, const StoredDepth& stored) {
-    v("result", call.result, true, floats(stored, call.options.channels), directions("N.X N.Y N.Z"),
+    v("result", call.result, true, floats(stored, call.options.channels),
+      directions("N.X N.Y N.Z", "of length 1, or 0"),
       "of unit length, towards the camera. Invalid and background pixels are 0, 0, 0");
 }
 

@@ -1,5 +1,7 @@
 #pragma once
 
+#include "description/range.hpp"
+
 #include <fathom/image.hpp>
 #include <fathom/launch.hpp>
 
@@ -68,24 +70,27 @@ inline Shape like(const Image& color) {
     return {color.element(), {color.width(), color.height(), color.channels()}};
 }
 
-/// What numbers a result has, and its channels in an EXR.
+/// What numbers a result has, its channels in an EXR, and the range that no number of it leaves, but for NaN.
 struct Content {
     enum class Of { lengths, fractions, directions, light } of;
     const char* channels;
     const char* unit = ""; ///< if it has one that is not said for the whole file
+    Range range = any_number;
+    const char* range_words = ""; ///< what more holds of a pixel
 };
 
-constexpr Content lengths(const char* channels, const char* unit = "") {
-    return {Content::Of::lengths, channels, unit};
+constexpr Content lengths(const char* channels, const Range& range, const char* unit = "") {
+    return {Content::Of::lengths, channels, unit, range};
 }
-constexpr Content fractions(const char* channels) {
-    return {Content::Of::fractions, channels};
+constexpr Content fractions(const char* channels, const char* words = "") {
+    return {Content::Of::fractions, channels, "", between(0, 1), words};
 }
-constexpr Content directions(const char* channels) {
-    return {Content::Of::directions, channels};
+constexpr Content directions(const char* channels, const char* words) {
+    return {Content::Of::directions, channels, "", between(-1, 1), words};
 }
-constexpr Content light() {
-    return {Content::Of::light, "R G B"};
+/// Its range is the picture's.
+constexpr Content light(const char* words) {
+    return {Content::Of::light, "R G B", "", any_number, words};
 }
 
 /// A result of a call: the image that it goes to, whether it is asked for, and the shape that it has then.

@@ -101,8 +101,8 @@ void describe_results(const Visitor& v, SsaoCall& call, const StoredDepth& store
     const Size size = o.region ? Size{o.region->width, o.region->height} : size_of(stored);
     v("visibility", call.results.visibility, true, floats(size, 1), fractions("AO"),
       "1 open, 0 blocked; NaN for invalid pixels");
-    v("bent_normal", call.results.bent_normal, o.bent_normal, floats(size, 3), directions("N.X N.Y N.Z"),
-      "the mean open direction: of unit length, in the camera's axes");
+    v("bent_normal", call.results.bent_normal, o.bent_normal, floats(size, 3),
+      directions("N.X N.Y N.Z", "of length 1, or 0"), "the mean open direction: of unit length, in the camera's axes");
     v("confidence", call.results.confidence, o.confidence, floats(size, 1), fractions("confidence"),
       "the fraction of samples that hit valid pixels inside the image");
 }

@@ -42,7 +42,8 @@ Example:
 
 template <typename Visitor>
 void describe_results(const Visitor& v, UnprojectCall& call, const StoredDepth& stored) {
-    v("result", call.result, true, floats(stored, call.options.channels), lengths("P.X P.Y P.Z", "scene units"),
+    v("result", call.result, true, floats(stored, call.options.channels),
+      lengths("P.X P.Y P.Z", any_number.or_infinite(), "scene units"),
       "x, y, z in scene units. Pixels without a position are NaN");
 }
 

@@ -2,6 +2,7 @@
 #include "results.hpp"
 
 #include "camera/edge_upsampling.hpp"
+#include "io/rows.hpp"
 #include "terminal/messages.hpp"
 #include "text.hpp"
 
@@ -56,6 +57,16 @@ std::optional<ExrSource> source_of(const More& more, const Job& job, const Depth
     if (depth.channel.empty())
         return std::nullopt;
     return ExrSource{job.input, depth.channel, depth.windows};
+}
+
+Windows result_windows(const More& more, const Job& job) {
+    if (!more.picture || !is_exr(job.companions[*more.picture]))
+        return job.windows;
+    const std::filesystem::path& file = job.companions[*more.picture];
+    const auto rows = io::exr_rows(file, {color_channels(file, more.color_layer).front()}, {.overscan = true});
+    const Windows picture = rows->channels().front().windows;
+    const cv::Rect both = job.windows.data & picture.data;
+    return picture.display == job.windows.display && !both.empty() ? Windows{both, picture.display} : job.windows;
 }
 
 void fit(cv::Mat& image, const Windows& windows, const std::filesystem::path& file, ImageKind kind) {

@@ -25,6 +25,9 @@ bool is_exr(const std::filesystem::path& file);
 /// The EXR whose header the results keep: that of the picture they are made of, or that of the depth.
 std::optional<ExrSource> source_of(const More& more, const Job& job, const DepthFile& depth);
 
+/// The windows of the results: those of the depth, or less where the picture that they are made of has fewer pixels.
+Windows result_windows(const More& more, const Job& job);
+
 /// A file that has no windows gets the pixels of the display window. So it does not depend on where a renderer had pixels.
 void fit(cv::Mat& image, const Windows& windows, const std::filesystem::path& file, ImageKind kind);
 

@@ -175,6 +175,7 @@ void Steps::load(Work& work) const {
     if (work.picture_size && more_.picture)
         frame.windows = {{{0, 0}, *work.picture_size}, *work.picture_size};
     work.source = source_of(more_, frame, depth);
+    work.windows = result_windows(more_, frame);
     check_append(work);
     if (is_relative())
         return;
@@ -385,9 +386,14 @@ void Steps::write(Work& work) const {
         return;
     const Stopwatch watch(work.times.write);
     const Loaded& frame = work.frame;
-    for (std::size_t i = 0; i < outputs_.size() && has_overscan(frame.windows) && !work.rows; ++i) {
-        fit(work.results[i].image, frame.windows, frame.outputs[i], outputs_[i].product.kind);
-        work.results[i].size = work.results[i].image.size();
+    for (std::size_t i = 0; i < outputs_.size() && has_overscan(work.windows) && !work.rows; ++i) {
+        Result& result = work.results[i];
+        if (work.windows != frame.windows) {
+            result.part = work.windows.data - frame.windows.data.tl();
+            result.image = result.image(*result.part).clone();
+        }
+        fit(result.image, work.windows, frame.outputs[i], outputs_[i].product.kind);
+        result.size = result.image.size();
     }
     if (!work.doubtful_values)
         warn(work, frame.input, png_doubts(options_, outputs_, frame, work.results));

@@ -80,6 +80,7 @@ struct Work {
     Camera seen;                          // by the pixels
     std::optional<cv::Size> picture_size; // if it is another than the depth's
     std::optional<ExrSource> source;
+    Windows windows; // of the results
     std::vector<std::string> channel_doubts;
     std::shared_future<std::vector<std::string>> option_doubts;
     // Looked at.
@@ -139,7 +140,7 @@ private:
     std::size_t strip_scale() const;
     std::size_t strip_bytes() const;
     std::vector<Band> strips(const Work& work, int halo) const;
-    void write_strip(Work& work, std::vector<Result>& results, const cv::Range& rows) const;
+    void write_strip(Work& work, std::vector<Result>& results, const cv::Range& rows, int first) const;
     cv::Mat decoded(const Work& work, const cv::Mat& values, int first_row) const;
     bool is_finished(Work& work) const;
     void check_append(const Work& work) const;

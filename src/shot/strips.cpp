@@ -85,22 +85,37 @@ std::vector<Band> Steps::strips(const Work& work, int halo) const {
     return all;
 }
 
-void Steps::write_strip(Work& work, std::vector<Result>& results, const cv::Range& rows) const {
+void Steps::write_strip(Work& work, std::vector<Result>& results, const cv::Range& rows, int first) const {
     const Stopwatch watch(work.times.write);
+    // What the picture has of the depth's pixels, and of these rows. A file without windows is empty beyond.
+    const cv::Rect part = work.windows.data - work.frame.windows.data.tl();
+    const cv::Rect here = (part - cv::Point(0, first)) & cv::Rect(0, rows.start, work.rows->size().width, rows.size());
     std::vector<cv::Mat> images;
-    for (Result& result : results) {
-        images.push_back(result.image.rowRange(rows));
-        result.image = cv::Mat(1, 1, result.image.type());
+    for (std::size_t i = 0; i < results.size(); ++i) {
+        Result& result = results[i];
         result.size = work.rows->size();
+        if (work.windows == work.frame.windows) {
+            images.push_back(result.image.rowRange(rows));
+        } else if (extension_of(work.frame.outputs[i]) == ".exr") {
+            images.push_back(result.image(here));
+            result.part = part;
+            result.size = part.size();
+        } else {
+            images.emplace_back(cv::Mat::zeros(rows.size(), result.image.cols, result.image.type()));
+            if (!here.empty())
+                result.image(here).copyTo(images.back()(here - cv::Point(0, rows.start)));
+        }
+        result.image = cv::Mat(1, 1, result.image.type());
     }
     if (work.files.empty()) {
         work.results = results;
         prepare_folders(options_, outputs_, work.frame);
         for (const ImageFile& file : files_of(options_, outputs_, work.frame, work.results, work.source))
-            work.files.push_back(std::make_unique<io::ResultRows>(file, work.rows->size()));
+            work.files.push_back(std::make_unique<io::ResultRows>(file, work.results[work.files.size()].size));
     }
     for (std::size_t i = 0; i < images.size(); ++i)
-        work.files[i]->write(images[i]);
+        if (!images[i].empty())
+            work.files[i]->write(images[i]);
 }
 
 // Reads, looks at, computes and writes some rows after the others. What they say together is found once all were looked at.
@@ -193,7 +208,7 @@ void Steps::stream(Work& work) {
         };
         attempt([&] {
             std::vector<Result> results = compute();
-            write_strip(work, results, {band.begin - first, band.end - first});
+            write_strip(work, results, {band.begin - first, band.end - first}, first);
             if (band.begin == 0)
                 work.explained = std::move(strip.said);
         });

@@ -111,7 +111,8 @@ params::blur_params blur_parameters(const Tile& tile, const LayerScale& scale, c
             .area = static_cast<float>(aperture_area(options.aperture) / 4) * aspect_of(tile.camera),
             .state_row = 0,
             .state_plane = static_cast<u32>(stride) * static_cast<u32>(rows),
-            .guessed = guessed_layers(scale)};
+            .guessed = guessed_layers(scale),
+            .areas = 0};
 }
 
 params::grid_params grid(const Image& source, const Image& target) {
@@ -161,7 +162,6 @@ struct Blur {
     bool behind() const { return clean_plate || looks_behind; } // have pixels a second surface?
     bool accurate() const { return quality == Quality::accurate; }
     std::size_t vectors(u32 columns) const { return columns / static_cast<u32>(vector_width); }
-    int surfaces() const { return behind() ? 2 : 1; }
     int across() const { return static_cast<int>(p.columns) / params::dof_tile_columns; }
     int hiding_across() const { return static_cast<int>(p.columns) / params::dof_hiding_columns; }
     int down() const { return static_cast<int>(p.rows) / params::dof_tile_rows; }
@@ -226,13 +226,16 @@ void add_hidden(std::vector<TileBits>& tiles, const std::vector<TileBits>& hidin
 }
 static_assert(params::dof_tile_columns == 2 * params::dof_hiding_columns);
 
+bool any_with(std::span<const TileBits> tiles, int bit) {
+    return std::ranges::any_of(tiles, [=](const TileBits& tile) { return has_bit(tile, bit); });
+}
+
 // The farthest layer that a pixel may lie in.
 int farthest_layer(std::span<const TileBits> tiles) {
-    for (int bit = most_layers - 1; bit > 0; --bit)
-        for (const TileBits& tile : tiles)
-            if (has_bit(tile, bit))
-                return bit;
-    return 0;
+    int bit = most_layers - 1;
+    while (bit > 0 && !any_with(tiles, bit))
+        --bit;
+    return bit;
 }
 
 // Gives every pixel its second surface: what lies behind it.
@@ -270,7 +273,7 @@ void cut_into_planes(const Blur& blur, const StoredDepth& stored, const Image& c
                     blur.planes, grid(color, color), p);
 }
 
-// The light of a nearer surface that antialiasing mixed into a farther one moves to the nearer one, or into the cleared state.
+// The fragment of a nearer surface that antialiasing mixed into a farther one moves to the nearer one, or into the cleared state.
 void unmix(const Blur& blur, const Image& color) {
     for (const u32 gain : {0u, 1u})
         runtime::launch(blur.device, blur.kernel("dof_unmix", {{"ELEMENT", element_define(color.element())}}),
@@ -382,6 +385,8 @@ void blur_band(Blur call, const StoredDepth& stored, const Image& color, const I
                const CircleOfConfusion& coc, const DofOptions& options, LayerPlanOptions plan) {
     clear(call);
     std::vector<TileBits> tiles = cut_into_surfaces(call, stored, color, coc, options);
+    if (!any_with(tiles, area_bit))
+        call.p.areas = 0; // same bits, less to read
     std::vector<TileBits> hiding;
     if (call.behind()) {
         hiding = hiding_bits(call);
@@ -421,7 +426,7 @@ double pixels_beyond(const DofOptions& options, double widest) {
     return scale_of(options).farthest_circle(widest) / 2 + behind;
 }
 
-// Planes of a band: of the surfaces that it reads, of what lies behind them, and of what it lays.
+// Planes of a band: of the surfaces that it reads, the last of them areas, of what lies behind them, and of what it lays.
 struct PlaneCounts {
     int surfaces, behind, laid;
 };
@@ -429,7 +434,8 @@ struct PlaneCounts {
 PlaneCounts plane_counts(int channels, const DofOptions& options) {
     const auto quality = std::get<Quality>(options.quality);
     const bool behind = looks_behind(options); // tables of blocks and tiles
-    return {(options.clean_plate || behind ? 2 : 1) * (channels + 1), behind ? 1 : 0, state_planes(channels, quality)};
+    return {(options.clean_plate || behind ? 2 : 1) * (channels + 1) + 1, behind ? 1 : 0,
+            state_planes(channels, quality)};
 }
 
 // Rows of tiles.
@@ -517,6 +523,7 @@ void blur_circles(const StoredDepth& stored, const Image& color, const Image& re
         call.p = blur_parameters(here, scale, options);
         call.p.state_row = to_u32(tile_rows * (band.begin - band.first));
         call.p.state_plane = whole.stride * to_u32(tile_rows * (band.end - band.begin));
+        call.p.areas = call.p.plane * to_u32(counts.surfaces - 1);
         blur_band(call, here, part(color), part(result), coc, here_options, plan);
     }
 }

@@ -338,8 +338,9 @@ private:
         if (pass.parts)
             pass.part = part(layer);
         const int channels = options_.channels;
-        const int planes = pass.parts ? (pass.bright ? 16 : 8) // WIDTH in kernels/dof/parts.h
-                                      : 2 + channels + pass.fill * (2 + channels) + pass.bright * channels;
+        const int planes = pass.parts
+                               ? (pass.bright ? 16 : 8) // WIDTH in kernels/dof/parts.h
+                               : 2 + channels + pass.fill * (2 + channels) + pass.bright * channels * (1 + pass.fill);
         const int pad = divided_up(layer.spans.columns + 2, 16) * 16;
         const int plane = divided_up(params::dof_tile_columns + 2 * pad + 1, 16) * 16;
         pass.gather.layer = static_cast<float>(layer.number);

@@ -39,9 +39,10 @@ struct LayerScale {
 LayerScale layer_scale(const LayerSpacing& spacing, double max_coc_px);
 
 /// Bits of the layers that a tile's pixels lie in; the last one: some colour is beyond the knee; the two before it: something
-/// before the focus ends in the first or the second dof_hiding_columns.
+/// before the focus ends in the first or the second dof_hiding_columns; and before these: some pixel's area is not a pixel's.
 using TileBits = std::array<params::u32, params::dof_tile_words>;
-inline constexpr int bright_bit = 32 * params::dof_tile_words - 1, jump_bit = bright_bit - 2, most_layers = jump_bit;
+inline constexpr int bright_bit = 32 * params::dof_tile_words - 1, jump_bit = bright_bit - 2, area_bit = jump_bit - 1,
+                     most_layers = area_bit;
 
 inline bool has_bit(const TileBits& tile, int bit) {
     return (tile[static_cast<std::size_t>(bit / 32)] >> (bit % 32) & 1) != 0;
