@@ -26,7 +26,7 @@ constexpr double rounding = 64 * 0x1p-24;
 constexpr double plain_ulp = 32;
 
 // In three qualities, more than 5,000 in all.
-constexpr unsigned images = 1700;
+constexpr unsigned trials = 1700;
 
 /// A small picture that is made to break the range, its depth, and how it is blurred.
 struct Trial {
@@ -307,7 +307,7 @@ TEST_CASE("dof: no result leaves the colours within its reach", "[dof][slow]") {
     for (const auto& [name, quality] : {std::pair{"balanced", Quality::balanced}, std::pair{"fast", Quality::fast},
                                         std::pair{"accurate", Quality::accurate}}) {
         Seen all;
-        for (unsigned seed = 0; seed < images; ++seed) {
+        for (unsigned seed = 0; seed < trials; ++seed) {
             const Trial trial = Maker(seed).make(quality);
             const Seen seen = judge(trial, device);
             if (seen.outside + seen.negative + seen.above_opaque > 0 || seen.plain > plain_ulp)
