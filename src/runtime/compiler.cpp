@@ -294,6 +294,17 @@ std::string in_words(int answer) {
     return answer > -1000 ? strsignal(-answer) : text("exit code ", -answer - 1000);
 }
 
+// Of all kernels: whichever changes, all are asked for once more, and those that did not are in the cache.
+std::size_t hash_of_sources() {
+    static const std::size_t hash = [] {
+        std::size_t all = 0;
+        for (const auto& [path, content] : fathom_kernel_files())
+            all = 31 * all + std::hash<std::string>()(content);
+        return all;
+    }();
+    return hash;
+}
+
 void compile(const Device& device, Request& request) {
     Compiler& of = compiler();
     if (of.socket < 0 || device.info().platform != pocl)
@@ -304,7 +315,7 @@ void compile(const Device& device, Request& request) {
     const char* const processor = std::getenv("POCL_KERNELLIB_NAME");
     const std::size_t hash = std::hash<std::string>()(
         text(driver_of(device), ' ', device.info().version, ' ', processor ? processor : "", ' ', request.options, ' ',
-             request.kernel, ' ', request.group, ' ', assembled_source(request.file)));
+             request.file, ' ', request.kernel, ' ', request.group, ' ', hash_of_sources()));
     if (of.compiled->holds(hash))
         return;
     request.device = device.info().name;
