@@ -472,7 +472,7 @@ TEST_CASE("strips: what is wrong in the middle leaves no result", "[cli]") {
 
 TEST_CASE("strips: a full disk is told, and the old result stays", "[cli]") {
     const Folder folder;
-    const std::string camera = camera_for(folder), file = write_exr(folder / "depth.exr", surfaces(200, 15000)),
+    const std::string camera = camera_for(folder), file = write_exr(folder / "depth.exr", surfaces(400, 7500)),
                       result = folder / "out/z.tif";
     write(result, "old");
     const Arguments arguments{"linearize", file, "--camera", camera, "-o", result};
