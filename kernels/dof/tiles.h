@@ -22,7 +22,7 @@
 
 // Differences of running sums hold the rounding of both. Where they know less of an aperture than so many pixels, a layer is seen
 // that much less, since their rounding is divided by it; and what little they have below 0 of a colour is none.
-#define RUNNING_LEAST 2.0f
+#define RUNNING_LEAST 1.5f
 #define RUNNING_ROUNDING 0x1p-12f
 
 INLINE floatV of_running(floatV color) {
