@@ -359,7 +359,7 @@ Matrix4 unprojection(const Camera& camera) {
     clip(2, 3) = -(third.clip_value == clip_low ? low : high) * clip(2, 2);
     clip(3, 3) = 1;
     const Matrix4 result = inverse * clip;
-    check_pixel_aspect(result.col(0).head<3>().norm(), result.col(1).head<3>().norm());
+    check_pixel_aspect(result.col(0).head<3>().norm(), result.col(1).head<3>().norm(), most_aspect_of_rays);
     return result;
 }
 
@@ -439,9 +439,9 @@ DepthForm depth_form(const Camera& camera, Storage storage) {
     return form;
 }
 
-void check_pixel_aspect(long double across, long double down) {
-    require(across <= most_pixel_aspect * down && down <= most_pixel_aspect * across, "pixels that see ", across / down,
-            " times as much across as down: a camera's are at most ", most_pixel_aspect,
+void check_pixel_aspect(long double across, long double down, double most) {
+    require(across <= most * down && down <= most * across, "pixels that see ", across / down,
+            " times as much across as down: a camera's are at most ", most,
             " times as wide as high, or as high as wide; check fx and fy, or the aspect");
 }
 

@@ -13,11 +13,12 @@ inline bool is_float(Storage storage) {
 /// Throws: std::invalid_argument for values that only a projection has.
 Camera straightened(const Camera& camera);
 
-/// The widest or highest pixels: those of scanners are 20 times as high as wide. Circles are so many times as high, too.
-inline constexpr double most_pixel_aspect = 100;
+/// The widest or highest pixels through a lens and in circles of confusion, which are as many times as high; those of scanners are
+/// 20 times as high as wide. All else takes what no mistaken unit makes.
+inline constexpr double most_pixel_aspect = 100, most_aspect_of_rays = 1e6;
 
 /// Refuses pixels that see so much more across than down, or so much less. The lengths may count in anything.
-void check_pixel_aspect(long double across, long double down);
+void check_pixel_aspect(long double across, long double down, double most = most_pixel_aspect);
 
 /// The sign of what lies ahead, in the third of the camera's own axes.
 double forwards(const Camera& camera);

@@ -45,10 +45,9 @@ struct Optics {
     bool thin_lens;    // is k that of focal length and sensor, not the projection's?
 };
 
-PixelScale scale_of(const Camera& camera) {
+PixelScale any_scale_of(const Camera& camera) {
     if (camera.lens) {
         const Eigen::Vector2d pixel = lens::CameraLens(camera).pixel_on_axis();
-        check_pixel_aspect(pixel.x(), pixel.y());
         return {1 / static_cast<Real>(pixel.x()), 1 / static_cast<Real>(pixel.y())};
     }
     const CentreRays rays = centre_rays(camera_rays(camera));
@@ -63,6 +62,12 @@ PixelScale scale_of(const Camera& camera) {
         return moved.head<2>().norm();
     };
     return {1 / slope(0), 1 / slope(1)};
+}
+
+PixelScale scale_of(const Camera& camera) {
+    const PixelScale scale = any_scale_of(camera);
+    check_pixel_aspect(scale.y, scale.x);
+    return scale;
 }
 
 Optics optics(const Lens& lens, const Camera& camera) {

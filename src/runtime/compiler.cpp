@@ -25,6 +25,7 @@
 #include <sys/prctl.h>
 #include <sys/resource.h>
 #include <sys/socket.h>
+#include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -180,6 +181,7 @@ Answer compile_here(const Request& request) {
 }
 
 [[noreturn]] void serve(int socket) {
+    std::atexit([] { std::_Exit(1); }); // which a compiler calls that gives up: no other process's threads are waited for
     for (;;) {
         Request request;
         if (!(Stream(socket, false) & request).ok())
@@ -219,7 +221,10 @@ void end_with_parent() {
         dup2(stream == STDERR_FILENO && said >= 0 ? said : quiet, stream);
     const rlimit none{};
     setrlimit(RLIMIT_CORE, &none);
+    std::signal(SIGCHLD, SIG_DFL);
     for (;;) {
+        if (said >= 0 && ftruncate(said, 0) == 0)
+            lseek(said, 0, SEEK_SET);
         const pid_t self = getpid(), compiler = fork();
         if (compiler == 0) {
             end_with_parent();
@@ -244,9 +249,11 @@ class Compiled {
 public:
     Compiled() {
         const std::string name = pocl_folder() / "fathom-compiled";
-        file_ = open(name.c_str(), O_RDWR | O_APPEND | O_CREAT | O_CLOEXEC, 0666);
-        if (file_ < 0) // somebody else's
-            file_ = open(name.c_str(), O_RDONLY | O_CLOEXEC);
+        file_ = open(name.c_str(), O_RDWR | O_APPEND | O_CREAT | O_CLOEXEC, 0600);
+        struct stat found {};
+        if (file_ >= 0 && fstat(file_, &found) == 0 && found.st_size % static_cast<off_t>(sizeof(std::size_t)) != 0 &&
+            ftruncate(file_, 0) != 0) // damaged
+            close(std::exchange(file_, -1));
         std::size_t hash = 0;
         while (file_ >= 0 && read(file_, &hash, sizeof hash) == sizeof hash)
             all_.insert(hash);
@@ -307,9 +314,11 @@ std::size_t hash_of_sources() {
 
 void compile(const Device& device, Request& request) {
     Compiler& of = compiler();
-    if (of.socket < 0 || device.info().platform != pocl)
+    if (device.info().platform != pocl)
         return;
     const std::lock_guard lock(of.mutex);
+    if (of.socket < 0)
+        return;
     if (!of.compiled)
         of.compiled.emplace();
     const char* const processor = std::getenv("POCL_KERNELLIB_NAME");
@@ -381,9 +390,9 @@ std::string take_another_width(const Device& device, const CompilerEnded& ended)
             return text(ended.what(), "; it goes on with a vector width of ", width, " in place of ",
                         ended.vector_width, ", which may take longer");
         }
-    throw NoDevice(text(ended.what(),
-                        ", however many pixels it computes at a time; choose another device with --device, "
-                        "or install another version of the driver"));
+    throw CompilerEnded(text(ended.what(), ", however many pixels it computes at a time; choose another device with "
+                                           "--device, or install another version of the driver"),
+                        ended.vector_width);
 }
 
 } // namespace fathom::runtime

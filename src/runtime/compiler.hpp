@@ -41,7 +41,7 @@ void compile_kernel(const Device& device, const Kernel& kernel, const std::vecto
 
 /// Gives a device a vector width for which no compiler has ended yet, and says what goes on; the results have the same bits. Nobody
 /// else may use the device meanwhile. Nothing is done where another thread has been here since.
-/// Throws: NoDevice where no width is left.
+/// Throws: CompilerEnded where no width is left.
 std::string take_another_width(const Device& device, const CompilerEnded& ended);
 
 } // namespace fathom::runtime

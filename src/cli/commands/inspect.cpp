@@ -59,6 +59,8 @@ cv::Mat decoded(const DepthFile& depth, const Camera& camera, const DeviceOption
                                     {.as = camera.lens ? Along::ray : Along::axis})
                               .image);
         });
+    } catch (const runtime::CompilerEnded&) {
+        throw;
     } catch (const NoDevice&) {
         if (!device.wanted.empty())
             throw;
