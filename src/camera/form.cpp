@@ -359,7 +359,7 @@ Matrix4 unprojection(const Camera& camera) {
     clip(2, 3) = -(third.clip_value == clip_low ? low : high) * clip(2, 2);
     clip(3, 3) = 1;
     const Matrix4 result = inverse * clip;
-    check_pixel_aspect(result.col(0).head<3>().norm(), result.col(1).head<3>().norm(), most_aspect_of_rays);
+    check_pixel_aspect(result.col(0).head<2>().norm(), result.col(1).head<2>().norm(), most_aspect_of_rays);
     return result;
 }
 
