@@ -181,7 +181,8 @@ Answer compile_here(const Request& request) {
 }
 
 [[noreturn]] void serve(int socket) {
-    std::atexit([] { std::_Exit(1); }); // which a compiler calls that gives up: no other process's threads are waited for
+    std::atexit(
+        [] { std::_Exit(1); }); // which a compiler calls that gives up: no other process's threads are waited for
     for (;;) {
         Request request;
         if (!(Stream(socket, false) & request).ok())
