@@ -2,7 +2,6 @@
 // fork of it is safe while this process has threads.
 #include "runtime/compiler.hpp"
 
-#include "runtime/context.hpp"
 #include "runtime/pocl.hpp"
 #include "runtime/program.hpp"
 #include "text.hpp"
@@ -12,12 +11,13 @@
 #include <csignal>
 #include <cstdlib>
 #include <cstring>
-#include <functional>
+#include <fstream>
 #include <list>
 #include <map>
 #include <mutex>
 #include <optional>
 #include <set>
+#include <sstream>
 #include <utility>
 
 #include <fcntl.h>
@@ -25,108 +25,58 @@
 #include <sys/prctl.h>
 #include <sys/resource.h>
 #include <sys/socket.h>
-#include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 namespace fathom::runtime {
 namespace {
 
-/// What one asks for: a program, or one of its kernels where that has a name.
-struct Request {
-    std::string device, file, options, kernel;
-    std::vector<std::pair<std::size_t, std::string>> arguments; // bytes, and their values where these are params
-    std::array<std::size_t, 2> global;
-    std::size_t group;
-};
+constexpr std::string_view pocl = "Portable Computing Language";
 
-/// How it was answered: a number of Answer, or a negative one for the signal or the exit code that ended the process.
-enum Answer : int { compiled = 0, not_compiled = 1 };
+// Messages are packets, which arrive whole. A request is lines and the bytes of params; its answer is one of these two, or how the
+// process ended.
+const std::string compiled = "compiled", not_compiled = "not compiled";
 
-// Bytes through a socket. False where the other side has gone.
-bool pass(const std::function<ssize_t(char*, std::size_t)>& some, void* bytes, std::size_t count) {
-    for (auto* at = static_cast<char*>(bytes); count > 0;) {
-        const ssize_t passed = some(at, count);
-        if (passed < 0 && errno == EINTR)
-            continue;
-        if (passed <= 0)
-            return false;
-        at += passed;
-        count -= static_cast<std::size_t>(passed);
-    }
-    return true;
+bool write_message(int socket, const std::string& message) {
+    return send(socket, message.data(), message.size(), MSG_NOSIGNAL) == static_cast<ssize_t>(message.size());
 }
 
-/// Writes or reads values one after the other: the same code says what a request is made of on either side.
-class Stream {
-public:
-    Stream(int socket, bool writes) : socket_(socket), writes_(writes) {}
+// Nothing where the other side has gone.
+std::optional<std::string> read_message(int socket) {
+    const ssize_t size = recv(socket, nullptr, 0, MSG_PEEK | MSG_TRUNC);
+    std::string message(static_cast<std::size_t>(std::max<ssize_t>(size, 0)), '\0');
+    if (size <= 0 || recv(socket, message.data(), message.size(), 0) != size)
+        return std::nullopt;
+    return message;
+}
 
-    bool ok() const { return ok_; }
+/// A buffer of zeros that take no memory before they are written.
+struct Zeros {
+    std::size_t bytes;
+    void* place;
+    cl::Buffer buffer;
 
-    template <typename Value>
-    Stream& operator&(Value& value) {
-        static_assert(std::is_trivially_copyable_v<Value>);
-        return bytes(&value, sizeof value);
-    }
-    Stream& operator&(std::string& text) {
-        std::size_t size = text.size();
-        *this& size;
-        text.resize(ok_ ? size : 0);
-        return bytes(text.data(), text.size());
-    }
-    Stream& operator&(Request& request) {
-        std::size_t count = request.arguments.size();
-        *this& request.device& request.file& request.options& request.kernel& count& request.global& request.group;
-        request.arguments.resize(ok_ ? count : 0);
-        for (auto& [size, value] : request.arguments)
-            *this& size& value;
-        return *this;
-    }
-
-private:
-    Stream& bytes(void* at, std::size_t count) {
-        const auto some = [&](char* part, std::size_t size) {
-            return writes_ ? send(socket_, part, size, MSG_NOSIGNAL) : recv(socket_, part, size, 0);
-        };
-        ok_ = ok_ && pass(some, at, count);
-        return *this;
-    }
-
-    int socket_;
-    bool writes_, ok_ = true;
-};
-
-/// Zeros that take no memory before they are written.
-class Zeros {
-public:
-    explicit Zeros(std::size_t bytes)
-        : bytes_(bytes),
-          place_(mmap(nullptr, bytes, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0)) {
-        if (place_ == MAP_FAILED)
+    Zeros(const cl::Context& context, std::size_t size)
+        : bytes(size),
+          place(mmap(nullptr, size, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0)) {
+        if (place == MAP_FAILED)
             throw std::bad_alloc();
+        buffer = cl::Buffer(context, CL_MEM_USE_HOST_PTR, bytes, place);
     }
-    ~Zeros() { munmap(place_, bytes_); }
+    ~Zeros() {
+        buffer = {};
+        munmap(place, bytes);
+    }
     Zeros(const Zeros&) = delete;
     Zeros& operator=(const Zeros&) = delete;
-
-    cl::Buffer buffer(const cl::Context& context) const { return {context, CL_MEM_USE_HOST_PTR, bytes_, place_}; }
-
-private:
-    std::size_t bytes_;
-    void* place_;
 };
-
-constexpr std::string_view pocl = "Portable Computing Language";
 
 /// A device of PoCL in the process that compiles, which asks no other driver for anything.
 struct OfPocl {
     cl::Device device;
-    cl::Context context;
-    cl::CommandQueue queue;
-    std::map<std::string, cl::Program> programs; // by file and options
-
-    explicit OfPocl(const cl::Device& found) : device(found), context(found), queue(context, found) {}
+    cl::Context context{device};
+    cl::CommandQueue queue{context, device};
+    std::map<std::string, cl::Program> programs = {}; // by file and options
 };
 
 OfPocl& device_called(const std::string& name) {
@@ -136,147 +86,135 @@ OfPocl& device_called(const std::string& name) {
     std::vector<cl::Platform> platforms;
     cl::Platform::get(&platforms);
     for (const cl::Platform& platform : platforms) {
-        if (!platform.getInfo<CL_PLATFORM_NAME>().starts_with(pocl))
-            continue;
         std::vector<cl::Device> devices;
-        platform.getDevices(CL_DEVICE_TYPE_ALL, &devices);
+        if (platform.getInfo<CL_PLATFORM_NAME>().starts_with(pocl))
+            platform.getDevices(CL_DEVICE_TYPE_ALL, &devices);
         for (const cl::Device& device : devices)
             if (device.getInfo<CL_DEVICE_NAME>().starts_with(name))
-                return all.emplace(name, device).first->second;
+                return all.emplace(name, OfPocl{device}).first->second;
     }
     throw Error("PoCL has no device called " + name);
 }
 
 // PoCL compiles a kernel when it is started, for groups of a size, and for grids below or above a width. So one group of it runs
 // here, on zeros in place of images.
-Answer compile_here(const Request& request) {
-    OfPocl& on = device_called(request.device);
-    const auto [found, is_new] = on.programs.try_emplace(request.file + ' ' + request.options);
-    if (is_new) {
-        const Build built = build(on.context, on.device, request.file, request.options, true);
+const std::string& compile_here(const std::string& request) {
+    std::istringstream from(request);
+    std::string device, file, options, name;
+    for (std::string* const line : {&device, &file, &options, &name})
+        std::getline(from, *line);
+    OfPocl& on = device_called(device);
+    cl::Program& program = on.programs[file + ' ' + options];
+    if (!program()) {
+        const Build built = build(on.context, on.device, file, options, true);
         if (!built.succeeded)
             return not_compiled;
-        found->second = built.program;
+        program = built.program;
     }
-    if (request.kernel.empty())
+    if (name.empty())
         return compiled;
-    constexpr std::size_t small_grid = 32768; // PoCL's own limit is 65535
-    cl::Kernel kernel(found->second, request.kernel.c_str());
+    std::size_t group = 0, columns = 0, rows = 0, bytes = 0;
+    from >> group >> columns >> rows;
+    cl::Kernel kernel(program, name.c_str());
     std::list<Zeros> zeros;
-    std::list<cl::Buffer> buffers; // which no argument keeps
-    cl_uint index = 0;
-    for (const auto& [bytes, value] : request.arguments)
-        if (value.empty()) {
-            zeros.emplace_back(std::max<std::size_t>(bytes, 1));
-            kernel.setArg(index++, buffers.emplace_back(zeros.back().buffer(on.context)));
+    char kind = 0;
+    for (cl_uint index = 0; from >> bytes >> kind; ++index)
+        if (kind == 'b') {
+            kernel.setArg(index, zeros.emplace_back(on.context, bytes).buffer);
         } else {
-            kernel.setArg(index++, value.size(), value.data());
+            std::string value(bytes, '\0');
+            from.read(value.data(), static_cast<std::streamsize>(bytes));
+            kernel.setArg(index, bytes, value.data());
         }
-    const bool is_small = std::ranges::max(request.global) < small_grid;
-    const cl::NDRange global =
-        is_small ? cl::NDRange(request.group, 1) : cl::NDRange(request.global[0], request.global[1]);
-    on.queue.enqueueNDRangeKernel(kernel, cl::NullRange, global, cl::NDRange(request.group, 1));
+    constexpr std::size_t small_grid = 32768; // PoCL's own limit is 65535
+    if (std::max(columns, rows) < small_grid)
+        columns = group, rows = 1;
+    on.queue.enqueueNDRangeKernel(kernel, cl::NullRange, cl::NDRange(columns, rows), cl::NDRange(group, 1));
     on.queue.finish();
     return compiled;
 }
 
 [[noreturn]] void serve(int socket) {
-    std::atexit(
-        [] { std::_Exit(1); }); // which a compiler calls that gives up: no other process's threads are waited for
-    for (;;) {
-        Request request;
-        if (!(Stream(socket, false) & request).ok())
-            std::_Exit(0);         // who asked has gone
-        int answer = not_compiled; // who asked will compile it then, and say what is wrong
+    // What a compiler that gives up may call. Nothing else is to run then: it would wait for threads that a fork leaves out.
+    std::atexit([] { std::_Exit(1); });
+    while (const auto request = read_message(socket)) {
+        std::string answer = not_compiled; // who asked will compile it then, and say what is wrong
         try {
-            answer = compile_here(request);
+            answer = compile_here(*request);
         } catch (const std::exception&) {
         }
-        std::string none;
-        if (!(Stream(socket, true) & answer & none).ok())
+        if (!write_message(socket, answer))
+            break;
+    }
+    std::_Exit(0); // who asked has gone
+}
+
+// The last line about an error that a process printed, after a colon.
+std::string last_error(int file) {
+    std::string text(std::size_t{1} << 16, '\0');
+    text.resize(static_cast<std::size_t>(std::max<ssize_t>(pread(file, text.data(), text.size(), 0), 0)));
+    const std::size_t error = text.rfind("ERROR"), first = text.rfind('\n', error) + 1;
+    return error == std::string::npos ? "" : ": " + text.substr(first, text.find('\n', error) - first);
+}
+
+// A child of this process, which ends with it.
+pid_t fork_that_ends_with_parent() {
+    const pid_t parent = getpid(), child = fork();
+    if (child == 0) {
+        prctl(PR_SET_PDEATHSIG, SIGKILL);
+        if (getppid() != parent) // which has gone already
             std::_Exit(0);
     }
+    return child;
 }
 
-// The last line about an error that a process printed.
-std::string last_error(int file) {
-    std::string text(std::size_t{1} << 12, '\0');
-    const off_t size = lseek(file, 0, SEEK_END);
-    const ssize_t count =
-        pread(file, text.data(), text.size(), std::max<off_t>(size - static_cast<off_t>(text.size()), 0));
-    text.resize(static_cast<std::size_t>(std::max<ssize_t>(count, 0)));
-    const std::size_t error = text.rfind("ERROR"), first = text.rfind('\n', error) + 1;
-    return error == std::string::npos ? "" : text.substr(first, text.find('\n', error) - first);
-}
-
-void end_with_parent() {
-    prctl(PR_SET_PDEATHSIG, SIGKILL);
-}
-
-[[noreturn]] void wait_for_compilers(int socket, pid_t parent) {
-    end_with_parent();
-    if (getppid() != parent) // which has gone already
-        std::_Exit(0);
-    const int quiet = open("/dev/null", O_RDWR), said = memfd_create("said", 0);
-    for (const int stream : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO})
-        dup2(stream == STDERR_FILENO && said >= 0 ? said : quiet, stream);
+[[noreturn]] void wait_for_compilers(int given) {
+    constexpr int socket = STDERR_FILENO + 1; // and nothing else stays open, of what others may wait for
+    dup2(given, socket);
+    close_range(socket + 1, ~0u, 0);
+    const int quiet = open("/dev/null", O_RDWR | O_CLOEXEC), said = memfd_create("said", MFD_CLOEXEC);
+    dup2(quiet, STDIN_FILENO);
+    dup2(quiet, STDOUT_FILENO);
+    dup2(said, STDERR_FILENO);
     const rlimit none{};
     setrlimit(RLIMIT_CORE, &none);
     std::signal(SIGCHLD, SIG_DFL);
     for (;;) {
-        if (said >= 0 && ftruncate(said, 0) == 0)
-            lseek(said, 0, SEEK_SET);
-        const pid_t self = getpid(), compiler = fork();
-        if (compiler == 0) {
-            end_with_parent();
-            if (getppid() != self)
-                std::_Exit(0);
-            serve(socket);
-        }
-        int status = 0;
-        while (compiler > 0 && waitpid(compiler, &status, 0) < 0 && errno == EINTR) {
-        }
-        if (compiler < 0 || status == 0)
+        if (ftruncate(said, 0) != 0 || lseek(said, 0, SEEK_SET) != 0)
             std::_Exit(0);
-        int answer = WIFSIGNALED(status) ? -WTERMSIG(status) : -1000 - WEXITSTATUS(status);
-        std::string words = said >= 0 ? last_error(said) : "";
-        if (!(Stream(socket, true) & answer & words).ok())
+        const pid_t process = fork_that_ends_with_parent();
+        if (process == 0)
+            serve(socket);
+        int status = 0;
+        while (process > 0 && waitpid(process, &status, 0) < 0 && errno == EINTR) {
+        }
+        if (process < 0 || status == 0)
+            std::_Exit(0);
+        const std::string how =
+            WIFSIGNALED(status) ? strsignal(WTERMSIG(status)) : text("exit code ", WEXITSTATUS(status));
+        if (!write_message(socket, how + last_error(said)))
             std::_Exit(0);
     }
 }
 
-/// Hashes of what was compiled, in a file of PoCL's folder.
-class Compiled {
-public:
-    Compiled() {
-        const std::string name = pocl_folder() / "fathom-compiled";
-        file_ = open(name.c_str(), O_RDWR | O_APPEND | O_CREAT | O_CLOEXEC, 0600);
-        struct stat found {};
-        if (file_ >= 0 && fstat(file_, &found) == 0 && found.st_size % static_cast<off_t>(sizeof(std::size_t)) != 0 &&
-            ftruncate(file_, 0) != 0) // damaged
-            close(std::exchange(file_, -1));
-        std::size_t hash = 0;
-        while (file_ >= 0 && read(file_, &hash, sizeof hash) == sizeof hash)
-            all_.insert(hash);
-    }
+// What was compiled, a hash a line. A line that is damaged is asked for once more.
+std::filesystem::path list_of_compiled() {
+    return pocl_folder() / "fathom-compiled";
+}
 
-    bool holds(std::size_t hash) const { return all_.contains(hash); }
-
-    void add(std::size_t hash) {
-        all_.insert(hash);
-        if (file_ >= 0 && write(file_, &hash, sizeof hash) != sizeof hash) // the next run asks again
-            close(std::exchange(file_, -1));
-    }
-
-private:
-    std::set<std::size_t> all_;
-    int file_ = -1;
-};
+std::set<std::string> read_compiled() {
+    std::set<std::string> all;
+    std::ifstream lines(list_of_compiled());
+    for (std::string line; std::getline(lines, line);)
+        all.insert(line);
+    return all;
+}
 
 struct Compiler {
     std::mutex mutex;
     int socket = -1;
-    std::optional<Compiled> compiled;
+    pid_t process = 0; // that waits
+    std::optional<std::set<std::string>> known;
 };
 
 Compiler& compiler() {
@@ -284,22 +222,14 @@ Compiler& compiler() {
     return *only;
 }
 
-std::string driver_of(const Device& device) {
-    const cl::Platform platform(device.state().shared->device.getInfo<CL_DEVICE_PLATFORM>());
-    return platform.getInfo<CL_PLATFORM_VERSION>();
-}
-
-// "PoCL 6.0 with LLVM 18.1.8", of "OpenCL 3.0 PoCL 6.0  Linux, Release, RELOC, SPIR-V, LLVM 18.1.8, SLEEF, DISTRO, POCL_DEBUG"
-std::string in_short(const std::string& driver) {
-    const auto after = [&](const std::string& word) {
-        const std::size_t at = std::min(driver.find(word), driver.size());
-        return driver.substr(at, driver.find_first_of(" ,", at + word.size()) - at);
-    };
-    return text(after("PoCL "), " with ", after("LLVM "));
-}
-
-std::string in_words(int answer) {
-    return answer > -1000 ? strsignal(-answer) : text("exit code ", -answer - 1000);
+// Both processes end at once where nobody compiles, and nobody has to look after them then.
+void end_compiler() {
+    Compiler& of = compiler();
+    const std::unique_lock lock(of.mutex, std::try_to_lock);
+    if (!lock || of.socket < 0)
+        return;
+    close(std::exchange(of.socket, -1));
+    waitpid(of.process, nullptr, 0);
 }
 
 // Of all kernels: whichever changes, all are asked for once more, and those that did not are in the cache.
@@ -313,71 +243,64 @@ std::size_t hash_of_sources() {
     return hash;
 }
 
-void compile(const Device& device, Request& request) {
+// `what`: the lines of a request that say what is compiled. `launch`: all else of it.
+void compile(const Device& device, const std::string& file, const std::string& what, const std::string& launch) {
     Compiler& of = compiler();
-    if (device.info().platform != pocl)
-        return;
     const std::lock_guard lock(of.mutex);
-    if (of.socket < 0)
+    if (of.socket < 0 || device.info().platform != pocl)
         return;
-    if (!of.compiled)
-        of.compiled.emplace();
+    const std::string driver = "PoCL " + device.state().shared->device.getInfo<CL_DRIVER_VERSION>();
     const char* const processor = std::getenv("POCL_KERNELLIB_NAME");
-    const std::size_t hash = std::hash<std::string>()(
-        text(driver_of(device), ' ', device.info().version, ' ', processor ? processor : "", ' ', request.options, ' ',
-             request.file, ' ', request.kernel, ' ', request.group, ' ', hash_of_sources()));
-    if (of.compiled->holds(hash))
+    const std::string hash = std::to_string(std::hash<std::string>()(
+        text(driver, ' ', device.info().version, ' ', processor ? processor : "", ' ', what, ' ', hash_of_sources())));
+    if (!of.known)
+        of.known = read_compiled();
+    if (of.known->contains(hash))
         return;
-    request.device = device.info().name;
-    int answer = not_compiled;
-    std::string words;
-    if (!(Stream(of.socket, true) & request).ok() || !(Stream(of.socket, false) & answer & words).ok()) {
-        close(std::exchange(of.socket, -1)); // nobody is there: compiled here from now on
-        return;
+    const auto answer =
+        write_message(of.socket, device.info().name + '\n' + what + launch) ? read_message(of.socket) : std::nullopt;
+    if (!answer) // nobody is there: compiled here from now on
+        close(std::exchange(of.socket, -1));
+    else if (answer == compiled && of.known->insert(hash).second)
+        std::ofstream(list_of_compiled(), std::ios::app) << hash + '\n';
+    else if (answer != compiled && answer != not_compiled) {
+        check_pocl_folder(file, true);
+        throw CompilerEnded(text("kernels/", file, " cannot be compiled for ", device.info().name, ": the compiler of ",
+                                 driver, " ended over it (", *answer, ")"),
+                            device.options().vector_width);
     }
-    if (answer == compiled)
-        of.compiled->add(hash);
-    if (answer >= 0)
-        return;
-    check_pocl_folder(request.file, true);
-    throw CompilerEnded(text("kernels/", request.file, " cannot be compiled for ", device.info().name,
-                             ": the compiler of ", in_short(driver_of(device)), " ended over it (", in_words(answer),
-                             words.empty() ? "" : ": ", words, ")"),
-                        device.options().vector_width);
 }
 
 } // namespace
 
 void compile_apart() {
     const char* const cache = std::getenv("POCL_KERNEL_CACHE");
+    Compiler& of = compiler();
     int sockets[2];
-    if (compiler().socket >= 0 || (cache && std::string_view(cache) == "0") ||
-        socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, sockets) != 0)
+    if (of.socket >= 0 || (cache && std::string_view(cache) == "0") ||
+        socketpair(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0, sockets) != 0)
         return;
     const PoclFolder chosen; // for both
-    const pid_t parent = getpid(), process = fork();
-    if (process == 0) {
-        close(sockets[0]);
-        wait_for_compilers(sockets[1], parent);
-    }
+    of.process = fork_that_ends_with_parent();
+    if (of.process == 0)
+        wait_for_compilers(sockets[1]);
+    of.socket = sockets[0];
     close(sockets[1]);
-    if (process < 0)
-        close(sockets[0]);
-    else
-        compiler().socket = sockets[0];
+    std::atexit(end_compiler);
 }
 
 void compile_program(const Device& device, const std::string& file, const std::string& options) {
-    Request request{"", file, options, {}, {}, {}, 0};
-    compile(device, request);
+    compile(device, file, file + '\n' + options + "\n\n", "");
 }
 
 void compile_kernel(const Device& device, const Kernel& kernel, const std::vector<Argument>& arguments,
                     const std::array<std::size_t, 2>& global, std::size_t group) {
-    Request request{"", kernel.file, kernel.options, kernel.name, {}, global, group};
+    std::string launch = text(' ', global[0], ' ', global[1]);
     for (const auto& [bytes, value] : arguments)
-        request.arguments.emplace_back(bytes, value ? std::string(static_cast<const char*>(value), bytes) : "");
-    compile(device, request);
+        launch +=
+            value ? text(' ', bytes, 'p', std::string(static_cast<const char*>(value), bytes)) : text(' ', bytes, 'b');
+    compile(device, kernel.file,
+            kernel.file + '\n' + kernel.options + '\n' + kernel.name + '\n' + std::to_string(group), launch);
 }
 
 std::string take_another_width(const Device& device, const CompilerEnded& ended) {
