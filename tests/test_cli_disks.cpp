@@ -49,23 +49,3 @@ TEST_CASE("disks: inspect names a disk that fails while it looks for a camera", 
         with_each_fault(call, file, {"inspect", file},
                         [&](const Outcome& outcome) { CHECK((outcome.code == 1 || outcome.out == whole)); });
 }
-
-TEST_CASE("disks: a report is made of all that is there, or not at all", "[exhaustive]") {
-    if (cannot_trace())
-        return;
-    const Folder folder;
-    const std::string depth = depth_file(folder, "depth.exr"), result = folder / "z.exr", log = folder / "run.jsonl",
-                      page = folder / "out/report.html";
-    check_done({"linearize", depth, "--camera", camera_file(folder), "-o", result, "--log", log, "--quiet"});
-    const Arguments report{"report", result, "--log", log, "-o", page};
-    check_done(report);
-    const std::string whole = content(page);
-    for (const std::string& file : {depth, result, log})
-        for (const char* call : {"openat", "read", "newfstatat"}) {
-            write(page, "old");
-            with_each_fault(call, file, report, [&](const Outcome& outcome) {
-                CHECK(content(page) == (outcome.code == 0 ? whole : "old"));
-                write(page, "old");
-            });
-        }
-}

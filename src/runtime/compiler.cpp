@@ -214,6 +214,7 @@ struct Compiler {
     std::mutex mutex;
     int socket = -1;
     pid_t process = 0; // that waits
+    std::string version;
     std::optional<std::set<std::string>> known;
 };
 
@@ -232,17 +233,6 @@ void end_compiler() {
     waitpid(of.process, nullptr, 0);
 }
 
-// Of all kernels: whichever changes, all are asked for once more, and those that did not are in the cache.
-std::size_t hash_of_sources() {
-    static const std::size_t hash = [] {
-        std::size_t all = 0;
-        for (const auto& [path, content] : fathom_kernel_files())
-            all = 31 * all + std::hash<std::string>()(content);
-        return all;
-    }();
-    return hash;
-}
-
 // `what`: the lines of a request that say what is compiled. `launch`: all else of it.
 void compile(const Device& device, const std::string& file, const std::string& what, const std::string& launch) {
     Compiler& of = compiler();
@@ -252,7 +242,7 @@ void compile(const Device& device, const std::string& file, const std::string& w
     const std::string driver = "PoCL " + device.state().shared->device.getInfo<CL_DRIVER_VERSION>();
     const char* const processor = std::getenv("POCL_KERNELLIB_NAME");
     const std::string hash = std::to_string(std::hash<std::string>()(
-        text(driver, ' ', device.info().version, ' ', processor ? processor : "", ' ', what, ' ', hash_of_sources())));
+        text(driver, ' ', device.info().version, ' ', processor ? processor : "", ' ', what, ' ', of.version)));
     if (!of.known)
         of.known = read_compiled();
     if (of.known->contains(hash))
@@ -273,7 +263,7 @@ void compile(const Device& device, const std::string& file, const std::string& w
 
 } // namespace
 
-void compile_apart() {
+void compile_apart(const std::string& version) {
     const char* const cache = std::getenv("POCL_KERNEL_CACHE");
     Compiler& of = compiler();
     int sockets[2];
@@ -285,6 +275,7 @@ void compile_apart() {
     if (of.process == 0)
         wait_for_compilers(sockets[1]);
     of.socket = sockets[0];
+    of.version = version;
     close(sockets[1]);
     std::atexit(end_compiler);
 }

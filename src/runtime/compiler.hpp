@@ -15,7 +15,8 @@ namespace fathom::runtime {
 
 /// Starts that process, which is gone when this one ends, and asks it from now on. Call it from the main thread, before OpenCL is
 /// used and threads work: it is a fork. Without it, and where PoCL keeps no cache, kernels are compiled in this process.
-void compile_apart();
+/// `version`: of all kernels. Another one's are asked for once more, and found in the cache if they did not change.
+void compile_apart(const std::string& version);
 
 /// PoCL's compiler ended over a kernel. The message names the kernel, the driver and what the compiler said last.
 class CompilerEnded : public NoDevice {

@@ -2,6 +2,7 @@
 #include "device.hpp"
 
 #include "io/formats.hpp"
+#include "shot/records/record.hpp"
 
 #include <fathom/exr.hpp>
 
@@ -43,7 +44,7 @@ void DeviceOption::prepare(std::size_t memory) const {
     set_exr_threads(threads);
     if (threads > 0) // oneTBB warns of more than there are
         cv::setNumThreads(std::min(threads, cores()));
-    runtime::compile_apart();
+    runtime::compile_apart(kernels_hash());
 }
 
 std::shared_mutex& vector_widths() {

@@ -4,7 +4,6 @@
 #include "camera_file/file.hpp"
 #include "cli/command.hpp"
 #include "cli/program.hpp"
-#include "cli/report/log.hpp"
 #include "io/recorded.hpp"
 #include "sequence/frame_pattern.hpp"
 #include "sequence/frame_range.hpp"
@@ -144,23 +143,11 @@ void run_values(Input input) {
     read_or_refuse(file, [&] { expect(!sequence::read_frame_values(file, "focus-distance").empty(), "no value"); });
 }
 
-// Records in results, and the log of a run.
+// Records in results. The first byte is no part of them.
 void run_records(Input input) {
-    const unsigned choice = taken_choice(input);
-    if (choice & 1) {
-        if (const auto found = io::find_record(Bytes(input.begin(), input.end())))
-            expect(found->rest()[0].size() + found->rest()[1].size() <= input.size(), "more than there was");
-        return;
-    }
-    const fs::path file = file_with("run.log", input);
-    read_or_refuse(file, [&] {
-        cli::Log log;
-        log.read(file);
-        for (const cli::Json& frame : log.frames()) {
-            log.run_of(frame);
-            log.find(log.place_of(frame, "output"));
-        }
-    });
+    taken_choice(input);
+    if (const auto found = io::find_record(Bytes(input.begin(), input.end())))
+        expect(found->rest()[0].size() + found->rest()[1].size() <= input.size(), "more than there was");
 }
 
 // An argument in each line; the first one is the command. A new program now and then: options keep what they had.

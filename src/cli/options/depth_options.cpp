@@ -107,24 +107,6 @@ std::vector<double> numbers_in(const std::string& text, std::size_t count) {
     return values.size() == count ? values : std::vector<double>{};
 }
 
-CLI::Option* add_numbers_option(CLI::App& app, const char* name, const char* form, std::size_t count,
-                                const std::function<bool(const std::vector<double>&)>& accepted,
-                                const std::function<void(const std::vector<double>&)>& take, const std::string& what,
-                                const std::string& description) {
-    const auto check = [=](std::string& text) {
-        const std::vector<double> values = numbers_in(text, count);
-        const auto is_finite = [](double value) { return std::isfinite(value); };
-        return !values.empty() && std::ranges::all_of(values, is_finite) && accepted(values)
-                   ? std::string()
-                   : "'" + text + "' will not do; it is " + what;
-    };
-    return app
-        .add_option_function<std::string>(
-            name, [=](const std::string& text) { take(numbers_in(text, count)); }, description)
-        ->type_name(form)
-        ->check(CLI::Validator(check, ""));
-}
-
 void add_camera_options(CLI::App& app, CameraOption& camera, const std::string& description) {
     add_option(app, "Input", "--camera", "FILE", camera.file, description);
     add_option(app, "Input", "--preset", "NAME[:KEY=VALUE,...]", camera.preset,

@@ -49,12 +49,6 @@ CLI::Validator is_in(const description::Range& range);
 /// Numbers between commas; none when there are others than `count`, or one is no number or not finite.
 std::vector<double> numbers_in(const std::string& text, std::size_t count);
 
-/// Adds an option of so many numbers between commas. `what` says in words which are accepted.
-CLI::Option* add_numbers_option(CLI::App& app, const char* name, const char* form, std::size_t count,
-                                const std::function<bool(const std::vector<double>&)>& accepted,
-                                const std::function<void(const std::vector<double>&)>& take, const std::string& what,
-                                const std::string& description);
-
 /// The pixels that an image has of the display window, in words: "4 × 3", or "4 × 3 from pixel 1,2 on".
 std::string extent(const cv::Rect& data);
 

@@ -28,7 +28,6 @@ namespace fathom::cli {
 namespace {
 
 namespace fs = std::filesystem;
-using Kind = Viewed::Kind;
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
@@ -94,7 +93,7 @@ cv::Mat floats(const cv::Mat& image, double factor = 1) {
 
 // Values, and what is known of a channel of this name.
 Viewed values_called(const std::string& channel, const cv::Mat& values) {
-    Viewed viewed{.kind = Kind::values, .image = values, .name = channel};
+    Viewed viewed{.kind = Viewed::Kind::values, .image = values, .name = channel};
     for (const Content& each : known_channels())
         if (channel == channel_of(each)) {
             viewed.unit = each.unit;
@@ -109,11 +108,12 @@ Viewed values_of(const fs::path& file, const std::string& channel) {
 }
 
 Viewed normals_of(const fs::path& file, const std::string& layer) {
-    return {.kind = Kind::normals, .image = read_normals(file, layer), .name = layer.empty() ? "normals" : layer};
+    return {
+        .kind = Viewed::Kind::normals, .image = read_normals(file, layer), .name = layer.empty() ? "normals" : layer};
 }
 
 Viewed picture_in(const fs::path& file, const std::string& layer) {
-    return {.kind = Kind::picture,
+    return {.kind = Viewed::Kind::picture,
             .image = read_picture(file, {.layer = layer}).color,
             .name = layer.empty() ? "R, G, B" : layer};
 }
@@ -199,7 +199,7 @@ Viewed from_plain(const fs::path& file, const std::string& wanted) {
     if (!image || (image->channels() != 1 && image->depth() != CV_32F))
         return picture_in(file, wanted);
     if (image->channels() == 1)
-        return {.kind = Kind::values,
+        return {.kind = Viewed::Kind::values,
                 .image = floats(*image),
                 .name = image->depth() == CV_8U    ? "codes of 8 bits"
                         : image->depth() == CV_16U ? "codes of 16 bits"
@@ -212,18 +212,18 @@ Viewed from_plain(const fs::path& file, const std::string& wanted) {
 
 bool is_invalid(const Viewed& viewed, const float* pixel, int channels) {
     switch (viewed.kind) {
-    case Kind::values:
+    case Viewed::Kind::values:
         return !(pixel[0] > -std::numeric_limits<float>::infinity());
-    case Kind::normals:
+    case Viewed::Kind::normals:
         return pixel[0] == 0 && pixel[1] == 0 && pixel[2] == 0;
-    case Kind::picture:
+    case Viewed::Kind::picture:
         return !std::all_of(pixel, pixel + channels, [](float value) { return std::isfinite(value); });
     }
     return false;
 }
 
 bool is_background(const Viewed& viewed, const float* pixel) {
-    return viewed.kind == Kind::values && pixel[0] == std::numeric_limits<float>::infinity();
+    return viewed.kind == Viewed::Kind::values && pixel[0] == std::numeric_limits<float>::infinity();
 }
 
 // Bits of information in the color of a pixel, of 64 colors.
@@ -248,6 +248,11 @@ void widen(ColorRange& range) {
     const double half = range.low == 0 ? 0.5 : std::abs(range.low) / 2;
     range.low -= half;
     range.high += half;
+}
+
+// Of sorted values.
+double percentile(const std::vector<double>& sample, double fraction) {
+    return sample[static_cast<std::size_t>(std::round(fraction * static_cast<double>(sample.size() - 1)))];
 }
 
 ColorRange range_on(ColorScale scale, const Statistics& of) {
@@ -332,7 +337,7 @@ Statistics statistics_of(const Viewed& viewed) {
             found.background += background;
             if (is_invalid(viewed, pixel, image.channels())) {
                 ++found.invalid;
-            } else if (viewed.kind == Kind::values && !background) {
+            } else if (viewed.kind == Viewed::Kind::values && !background) {
                 const double value = static_cast<double>(*pixel);
                 found.least = std::min(found.least, value);
                 found.greatest = std::max(found.greatest, value);
@@ -347,10 +352,6 @@ Statistics statistics_of(const Viewed& viewed) {
         found.sample = {found.least, found.greatest};
     std::ranges::sort(found.sample);
     return found;
-}
-
-double percentile(const std::vector<double>& sample, double fraction) {
-    return sample[static_cast<std::size_t>(std::round(fraction * static_cast<double>(sample.size() - 1)))];
 }
 
 const char* to_string(ColorScale scale) {
@@ -422,7 +423,7 @@ std::vector<Tick> ticks_of(const ColorRange& range, int letters_a_line) {
 cv::Mat false_color(const Viewed& viewed, const ColorRange& range, ColorMap map) {
     const auto& colors = colors_of(map);
     cv::Mat light = viewed.image;
-    if (viewed.kind == Kind::picture) {
+    if (viewed.kind == Viewed::Kind::picture) {
         light = viewed.image.clone();
         for (int y = 0; y < light.rows; ++y) { // what the encoding does with NaN does not matter
             auto* row = light.ptr<float>(y);
@@ -443,13 +444,14 @@ cv::Mat false_color(const Viewed& viewed, const ColorRange& range, ColorMap map)
                 color = cv::Vec3b(invalid_color.data());
             else if (is_background(viewed, pixel))
                 color = cv::Vec3b(background_color.data());
-            else if (viewed.kind == Kind::values)
+            else if (viewed.kind == Viewed::Kind::values)
                 color = colors[static_cast<std::size_t>(
                     std::clamp(range.place(static_cast<double>(*pixel)) * 256, 0.0, 255.0))];
             else
                 for (int c = 0; c < 3; ++c) // x is red, which comes last
-                    color[c] = viewed.kind == Kind::picture ? code(static_cast<double>(shown[c]))
-                                                            : code(0.5 * static_cast<double>(pixel[2 - c]) + 0.5);
+                    color[c] = viewed.kind == Viewed::Kind::picture
+                                   ? code(static_cast<double>(shown[c]))
+                                   : code(0.5 * static_cast<double>(pixel[2 - c]) + 0.5);
         }
     }
     return picture;
@@ -457,15 +459,15 @@ cv::Mat false_color(const Viewed& viewed, const ColorRange& range, ColorMap map)
 
 std::string meaning_of(const Viewed& viewed, const ColorRange& range) {
     switch (viewed.kind) {
-    case Kind::values: {
+    case Viewed::Kind::values: {
         const std::string unit = viewed.unit.empty() ? "" : " [" + viewed.unit + "]";
         const std::string scale =
             range.scale == ColorScale::linear ? "" : fmt::format(", {} scale", to_string(range.scale));
         return viewed.name + unit + scale;
     }
-    case Kind::normals:
+    case Viewed::Kind::normals:
         return viewed.name + ": (n + 1) / 2, x red, y green, z blue";
-    case Kind::picture:
+    case Viewed::Kind::picture:
         return viewed.name + ": sRGB";
     }
     return {};
@@ -476,7 +478,7 @@ cv::Mat with_legend(const cv::Mat& picture, const Viewed& viewed, const Statisti
     constexpr int least_width = 40 * letter_width, pad = 10, bar_height = 14, gap = 5;
     const int scale = std::max(1, std::min(picture.rows, picture.cols) / 540);
     const int width = std::max(picture.cols, least_width * scale), line = (letter_height + gap) * scale;
-    const bool has_bar = viewed.kind == Kind::values, has_marks = found.invalid > 0 || found.background > 0;
+    const bool has_bar = viewed.kind == Viewed::Kind::values, has_marks = found.invalid > 0 || found.background > 0;
     const int bar = has_bar ? (bar_height + gap) * scale + line : 0;
     cv::Mat whole(picture.rows + 2 * pad * scale + bar + line * (has_marks ? 2 : 1), width, CV_8UC3,
                   cv::Scalar(250, 250, 250));

@@ -44,9 +44,6 @@ struct Statistics {
 /// that are not finite.
 Statistics statistics_of(const Viewed& viewed);
 
-/// The value that a fraction of an ascending sample, which is not empty, lies below.
-double percentile(const std::vector<double>& sample, double fraction);
-
 /// How values become places on a map of colors.
 enum class ColorScale { linear, logarithmic, inverse };
 
