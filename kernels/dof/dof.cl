@@ -8,6 +8,7 @@
 
 // What was seen hides what is left if a fifth of it has something found behind it, and in proportion below, so that nothing jumps.
 #define FILLED 5.0f
+#define ALPHA_ROUNDING 0x1p-15f
 
 KERNEL void dof(__global const float* state, __global const ELEMENT_TYPE* color, __global ELEMENT_TYPE* target,
                   const grid_params grid, const blur_params p) {
@@ -35,6 +36,10 @@ KERNEL void dof(__global const float* state, __global const ELEMENT_TYPE* color,
         for (int k = 0; k < CHANNELS; ++k)
             result[k] = LOAD(float, here + (k + 1) * p.state_plane);
     }
+#if CHANNELS == 4
+    const floatV alpha = result[3]; // of pixels that are opaque but for rounding
+    result[3] = select(alpha, (floatV)1.0f, (alpha > 1.0f) & (alpha < 1.0f + ALPHA_ROUNDING));
+#endif
     const size_t row_target = grid.target_offset + (size_t)y * grid.target_stride;
 #if ELEMENT == ELEMENT_FLOAT
     if (x >= 0 && x + V <= (int)p.width && !any_of(unknown)) {

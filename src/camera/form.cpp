@@ -359,7 +359,9 @@ Matrix4 unprojection(const Camera& camera) {
     clip(2, 3) = -(third.clip_value == clip_low ? low : high) * clip(2, 2);
     clip(3, 3) = 1;
     const Matrix4 result = inverse * clip;
-    check_pixel_aspect(result.col(0).head<2>().norm(), result.col(1).head<2>().norm(), most_aspect_of_rays);
+    const Real across = result.col(0).head<2>().norm(), down = result.col(1).head<2>().norm();
+    if (across > 0 && down > 0) // or the rays run across the view axis
+        check_pixel_aspect(across, down, most_aspect_of_rays);
     return result;
 }
 
