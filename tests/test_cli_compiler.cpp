@@ -1,4 +1,4 @@
-// A driver's compiler that ends its process: the program goes on with another vector width, whose results have the same bits.
+// A driver's compiler that crashes: the program goes on with another vector width, whose results have the same bits.
 #include "program.hpp"
 #include "test_device.hpp"
 
@@ -10,14 +10,14 @@ using namespace fathom::test;
 namespace {
 
 /// The program where a compiler aborts over options that hold a text. Kernels are compiled anew.
-struct Ending {
+struct Crashing {
     Folder folder;
     std::string camera = camera_file(folder);
 
-    Ending() { fs::create_directory(folder / "kernels"); }
+    Crashing() { fs::create_directory(folder / "kernels"); }
 
     Surroundings over(const std::string& text, const Arguments& program = {}) const {
-        return {.before = joined({"env", std::string("OPENCL_LAYERS=") + places::layer, "FATHOM_LAYER_ENDS=" + text,
+        return {.before = joined({"env", std::string("OPENCL_LAYERS=") + places::layer, "FATHOM_LAYER_CRASHES=" + text,
                                   "POCL_CACHE_DIR=" + folder / "kernels"},
                                  program)};
     }
@@ -44,50 +44,50 @@ std::ptrdiff_t lines_of(const std::string& text) {
 
 } // namespace
 
-TEST_CASE("compiler: where it ends over a kernel, a line says so, and results have the same bits") {
-    const Ending ending;
-    const Arguments arguments = ending.linearize(
-        {depth_file(ending.folder, "a.png", ramp(48, 32)), depth_file(ending.folder, "b.png", ramp(40, 30))});
+TEST_CASE("compiler: where it crashes on a kernel, a line says so, and results have the same bits") {
+    const Crashing crashing;
+    const Arguments arguments = crashing.linearize(
+        {depth_file(crashing.folder, "a.png", ramp(48, 32)), depth_file(crashing.folder, "b.png", ramp(40, 30))});
     check_done(run(arguments));
-    const auto expected = ending.contents();
+    const auto expected = crashing.contents();
     REQUIRE(expected.size() == 2);
-    for (const std::string& name : ending.folder.results())
-        fs::remove(ending.folder / ("out/" + name));
+    for (const std::string& name : crashing.folder.results())
+        fs::remove(crashing.folder / ("out/" + name));
 
-    const Outcome outcome = run(arguments, ending.over(default_width()));
+    const Outcome outcome = run(arguments, crashing.over(default_width()));
     INFO(outcome.err);
     CHECK(outcome.code == 0);
-    CHECK(ending.contents() == expected);
+    CHECK(crashing.contents() == expected);
     CHECK(outcome.err.starts_with("fathom: warning: kernels/camera/"));
-    CHECK(contains(outcome.err, "(Aborted: LLVM ERROR: of a test); it goes on with a vector width of "));
+    CHECK(contains(outcome.err, "(Aborted: LLVM ERROR: of a test); fathom goes on with a vector width of "));
     CHECK(lines_of(outcome.err) == 1);
 }
 
-TEST_CASE("compiler: where it ends with every vector width, one line names kernel, driver and cure") {
-    const Ending ending;
+TEST_CASE("compiler: where it crashes at every vector width, one line names kernel, driver and cure") {
+    const Crashing crashing;
     const Outcome outcome =
-        run(ending.linearize({depth_file(ending.folder, "a.png", ramp(48, 32))}), ending.over("-DV="));
+        run(crashing.linearize({depth_file(crashing.folder, "a.png", ramp(48, 32))}), crashing.over("-DV="));
     INFO(outcome.err);
     CHECK(outcome.code == 3);
-    CHECK(ending.folder.results().empty());
+    CHECK(crashing.folder.results().empty());
     CHECK(outcome.err.starts_with("fathom: kernels/camera/"));
     for (const char* const named : {" cannot be compiled for ", "PoCL ", "choose another device with --device"})
         CHECK(contains(outcome.err, named));
     CHECK(lines_of(outcome.err) == 1);
 }
 
-TEST_CASE("compiler: frames that came through a pipe are not lost when it ends") {
-    const Ending ending;
+TEST_CASE("compiler: frames that came through a pipe are not lost when it crashes") {
+    const Crashing crashing;
     const std::string raw(std::size_t{2} * 32 * 24 * 2, '\5'); // two frames
-    write(ending.folder / "frames.raw", raw);
+    write(crashing.folder / "frames.raw", raw);
     const auto piped = [&](const Arguments& before) {
-        return joined(before, {"sh", "-c", R"(file=$1; shift; "$@" <"$file")", "sh", ending.folder / "frames.raw"});
+        return joined(before, {"sh", "-c", R"(file=$1; shift; "$@" <"$file")", "sh", crashing.folder / "frames.raw"});
     };
     const Arguments arguments{"linearize", "-",        "--size",      "32x24", "--depth-format",
-                              "gray16le",  "--camera", ending.camera, "-o",    ending.folder / "out/####.exr"};
-    const Outcome outcome = run(arguments, {.before = piped(ending.over(default_width()).before)});
+                              "gray16le",  "--camera", crashing.camera, "-o",    crashing.folder / "out/####.exr"};
+    const Outcome outcome = run(arguments, {.before = piped(crashing.over(default_width()).before)});
     INFO(outcome.err);
     CHECK(outcome.code == 0);
-    CHECK(ending.folder.results().size() == 2);
-    CHECK(contains(outcome.err, "it goes on with a vector width of "));
+    CHECK(crashing.folder.results().size() == 2);
+    CHECK(contains(outcome.err, "fathom goes on with a vector width of "));
 }

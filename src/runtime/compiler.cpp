@@ -255,9 +255,9 @@ void compile(const Device& device, const std::string& file, const std::string& w
         std::ofstream(list_of_compiled(), std::ios::app) << hash + '\n';
     else if (answer != compiled && answer != not_compiled) {
         check_pocl_folder(file, true);
-        throw CompilerEnded(text("kernels/", file, " cannot be compiled for ", device.info().name, ": the compiler of ",
-                                 driver, " ended over it (", *answer, ")"),
-                            device.options().vector_width);
+        throw CompilerCrashed(text("kernels/", file, " cannot be compiled for ", device.info().name,
+                                   ": the compiler of ", driver, " crashed on it (", *answer, ")"),
+                              device.options().vector_width);
     }
 }
 
@@ -294,20 +294,20 @@ void compile_kernel(const Device& device, const Kernel& kernel, const std::vecto
             kernel.file + '\n' + kernel.options + '\n' + kernel.name + '\n' + std::to_string(group), launch);
 }
 
-std::string take_another_width(const Device& device, const CompilerEnded& ended) {
+std::string take_another_width(const Device& device, const CompilerCrashed& crashed) {
     Device::State& state = device.state();
-    if (state.options.vector_width != ended.vector_width)
+    if (state.options.vector_width != crashed.vector_width)
         return "";
-    state.ended_widths |= ended.vector_width; // each is a bit of its own
+    state.crashed_widths |= crashed.vector_width; // each is a bit of its own
     for (const int width : {16, 8, 4, 1})
-        if (!(state.ended_widths & width)) {
+        if (!(state.crashed_widths & width)) {
             state.options.vector_width = width;
-            return text(ended.what(), "; it goes on with a vector width of ", width, " in place of ",
-                        ended.vector_width, ", which may take longer");
+            return text(crashed.what(), "; fathom goes on with a vector width of ", width, " instead of ",
+                        crashed.vector_width, ", which may be slower");
         }
-    throw CompilerEnded(text(ended.what(), ", however many pixels it computes at a time; choose another device with "
-                                           "--device, or install another version of the driver"),
-                        ended.vector_width);
+    throw CompilerCrashed(text(crashed.what(), " at every vector width; choose another device with --device, or "
+                                               "install another version of the driver"),
+                          crashed.vector_width);
 }
 
 } // namespace fathom::runtime

@@ -9,8 +9,8 @@
 #include <string>
 #include <vector>
 
-/// A process that compiles what PoCL's cache does not hold. LLVM, with which PoCL compiles, ends its process where it meets what it
-/// cannot take; then it is that process which ends, and the program goes on with another vector width.
+/// A process that compiles what PoCL's cache does not hold. PoCL compiles with LLVM, which aborts over what it cannot compile. Then
+/// it is that process which crashes, and the program goes on with another vector width.
 namespace fathom::runtime {
 
 /// Starts that process, which is gone when this one ends, and asks it from now on. Call it from the main thread, before OpenCL is
@@ -18,16 +18,16 @@ namespace fathom::runtime {
 /// `version`: of all kernels. Another one's are asked for once more, and found in the cache if they did not change.
 void compile_apart(const std::string& version);
 
-/// PoCL's compiler ended over a kernel. The message names the kernel, the driver and what the compiler said last.
-class CompilerEnded : public NoDevice {
+/// PoCL's compiler crashed on a kernel. The message names the kernel, the driver and what the compiler said last.
+class CompilerCrashed : public NoDevice {
 public:
-    CompilerEnded(const std::string& message, int width) : NoDevice(message), vector_width(width) {}
+    CompilerCrashed(const std::string& message, int width) : NoDevice(message), vector_width(width) {}
 
     int vector_width; ///< of the device, for which the kernel was to be compiled
 };
 
 /// Has a program compiled, unless it was before: the cache holds it then.
-/// Throws: CompilerEnded.
+/// Throws: CompilerCrashed.
 void compile_program(const Device& device, const std::string& file, const std::string& options);
 
 /// An argument of a kernel: the bytes of params, or a buffer of so many.
@@ -40,9 +40,9 @@ struct Argument {
 void compile_kernel(const Device& device, const Kernel& kernel, const std::vector<Argument>& arguments,
                     const std::array<std::size_t, 2>& global, std::size_t group);
 
-/// Gives a device a vector width for which no compiler has ended yet, and says what goes on; the results have the same bits. Nobody
+/// Gives a device a vector width for which no compiler has crashed yet, and says so in words; the results have the same bits. Nobody
 /// else may use the device meanwhile. Nothing is done where another thread has been here since.
-/// Throws: CompilerEnded where no width is left.
-std::string take_another_width(const Device& device, const CompilerEnded& ended);
+/// Throws: CompilerCrashed where no width is left.
+std::string take_another_width(const Device& device, const CompilerCrashed& crashed);
 
 } // namespace fathom::runtime

@@ -30,7 +30,7 @@ struct Device::State {
     bool in_order = true;
     bool clang_builtins = false; // for kernels: prefetch, stores past the cache and shuffles, as Clang spells them
 
-    int ended_widths = 0; // a bit of its own for each vector width for which a compiler ended: runtime/compiler.hpp
+    int crashed_widths = 0; // a bit of its own for each vector width for which a compiler crashed: runtime/compiler.hpp
 
     std::mutex mutex; // of what follows
     std::map<std::string, runtime::Kernel> kernels;

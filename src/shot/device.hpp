@@ -35,9 +35,9 @@ struct DeviceOption {
 /// Held while a device's vector width is used, and alone while it changes.
 std::shared_mutex& vector_widths();
 
-/// Runs work on a device. Where PoCL's compiler ends over a kernel, a warning says so, and the work runs again with another vector
+/// Runs work on a device. Where PoCL's compiler crashes on a kernel, a warning says so, and the work runs again with another vector
 /// width.
-/// Throws: NoDevice where it ends for each of them.
+/// Throws: NoDevice where it crashes for each of them.
 template <typename Action>
 auto at_any_width(const Device& device, const Action& action) {
     for (std::string said;;) {
@@ -47,9 +47,9 @@ auto at_any_width(const Device& device, const Action& action) {
             if (!said.empty())
                 complain("warning: " + said);
             return result;
-        } catch (const runtime::CompilerEnded& ended) {
+        } catch (const runtime::CompilerCrashed& crashed) {
             const std::unique_lock lock(vector_widths());
-            said = runtime::take_another_width(device, ended);
+            said = runtime::take_another_width(device, crashed);
         }
     }
 }

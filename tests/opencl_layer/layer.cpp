@@ -358,9 +358,9 @@ cl_int code_of(Call call) {
     return given == CL_SUCCESS ? about(call).code : given;
 }
 
-/// Does the compiler end the process over such options, as the environment asks for?
-bool ends_process(const char* options) {
-    static const char* const over = std::getenv("FATHOM_LAYER_ENDS");
+/// Does the compiler crash on such options, as the environment asks for?
+bool crashes(const char* options) {
+    static const char* const over = std::getenv("FATHOM_LAYER_CRASHES");
     return over && options && std::string_view(options).find(over) != std::string_view::npos;
 }
 
@@ -467,7 +467,7 @@ struct Hook<call, function, Result(CL_API_CALL*)(Arguments...)> {
 
     static Result pass_on(Tuple& given) {
         if constexpr (call == Call::clBuildProgram)
-            if (ends_process(std::get<3>(given))) {
+            if (crashes(std::get<3>(given))) {
                 std::fputs("LLVM ERROR: of a test\n", stderr);
                 std::abort();
             }

@@ -59,7 +59,7 @@ cv::Mat decoded(const DepthFile& depth, const Camera& camera, const DeviceOption
                                     {.as = camera.lens ? Along::ray : Along::axis})
                               .image);
         });
-    } catch (const runtime::CompilerEnded&) {
+    } catch (const runtime::CompilerCrashed&) {
         throw;
     } catch (const NoDevice&) {
         if (!device.wanted.empty())
