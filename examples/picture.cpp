@@ -2,12 +2,15 @@
 // stretched from its least to its greatest finite value; invalid pixels stay dark.
 // Visibility (occlusion) is shown as it is, 0 black and 1 white, and normals as ½n + ½; the weights near, focus and far are
 // red, green and blue, and a linear picture (colour) is encoded for a screen, cut off at white.
+// A result that leaves its range is refused: visibility and weights lie between 0 and 1, normals have length 1, and a blurred
+// picture or one in fog lies between the least and the greatest of the colours of PICTURE within REACH pixels, and R, G, B.
 
 #include <fathom/error.hpp>
 #include <fathom/io.hpp>
 
 #include <opencv2/core/mat.hpp>
 #include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
 
 #include <algorithm>
 #include <array>
@@ -84,7 +87,59 @@ Color color_at(const std::string& kind, const std::vector<Channel>& channels, in
     return kind == "colour" ? Color{encoded(color[0]), encoded(color[1]), encoded(color[2])} : color;
 }
 
-void run(const std::string& kind, const std::string& input, const std::string& output) {
+constexpr double rounding = 1e-5; // of the largest number that a result is made of
+
+/// Refuses a channel whose pixels do not lie between those of two images.
+void check(const cv::Mat& values, const cv::Mat& least, const cv::Mat& greatest, const std::string& what) {
+    for (int y = 0; y < values.rows; ++y) {
+        for (int x = 0; x < values.cols; ++x) {
+            const double value = values.at<float>(y, x), low = least.at<float>(y, x), high = greatest.at<float>(y, x);
+            const double slack = rounding * std::max(std::abs(low), std::abs(high));
+            if (value < low - slack || value > high + slack) {
+                throw fathom::Error(what + " is " + std::to_string(value) + " at " + std::to_string(x) + ", " +
+                                    std::to_string(y) + ", where it can be " + std::to_string(low) + " to " +
+                                    std::to_string(high));
+            }
+        }
+    }
+}
+
+void check(const std::vector<Channel>& channels, const std::string& kind, const std::string& input) {
+    if (kind == "normals") {
+        const cv::Mat x = channels[0].values, y = channels[1].values, z = channels[2].values;
+        cv::Mat length;
+        cv::sqrt(x.mul(x) + y.mul(y) + z.mul(z), length);
+        check(length, cv::Mat(z.size(), CV_32F, cv::Scalar(1)), cv::Mat(z.size(), CV_32F, cv::Scalar(1)),
+              input + ": the length of a normal");
+    } else if (kind == "occlusion" || kind == "masks") {
+        for (const Channel& channel : channels) {
+            const cv::Mat& values = channel.values;
+            check(values, cv::Mat::zeros(values.size(), CV_32F), cv::Mat(values.size(), CV_32F, cv::Scalar(1)),
+                  input + ": a value");
+        }
+    }
+}
+
+/// `sources`: PICTURE REACH [R G B].
+void check_colors(const std::vector<Channel>& channels, const std::vector<std::string>& names, const std::string& input,
+                  const std::vector<std::string>& sources) {
+    const int side = 2 * std::stoi(sources[1]) + 1;
+    const cv::Mat square = cv::getStructuringElement(cv::MORPH_RECT, {side, side});
+    for (std::size_t c = 0; c < channels.size(); ++c) {
+        cv::Mat least, greatest;
+        const Channel source = read(sources[0], names[c]);
+        cv::erode(source.values, least, square);
+        cv::dilate(source.values, greatest, square);
+        if (sources.size() > 2) {
+            least = cv::min(least, std::stod(sources[2 + c]));
+            greatest = cv::max(greatest, std::stod(sources[2 + c]));
+        }
+        check(channels[c].values, least, greatest, input + ": " + names[c]);
+    }
+}
+
+void run(const std::string& kind, const std::string& input, const std::string& output,
+         const std::vector<std::string>& sources) {
     std::vector<Channel> channels;
     const std::map<std::string, std::vector<std::string>> known{
         {"stored", {""}},
@@ -107,6 +162,10 @@ void run(const std::string& kind, const std::string& input, const std::string& o
         }
         channels.back().least = kind == "normals" ? -1 : 0;
         channels.back().greatest = 1;
+    }
+    check(channels, kind, input);
+    if (!sources.empty()) {
+        check_colors(channels, found->second, input, sources);
     }
     cv::Mat picture(channels[0].values.size(), CV_8UC3, cv::Scalar(32, 24, 24));
     for (int y = 0; y < picture.rows; ++y) {
@@ -133,12 +192,14 @@ void run(const std::string& kind, const std::string& input, const std::string& o
 } // namespace
 
 int main(int argc, char* argv[]) {
-    if (argc != 4) {
-        std::cerr << "usage: picture stored|depth|positions|normals|occlusion|masks|colour INPUT OUTPUT.png\n";
+    const std::vector<std::string> sources(argv + std::min(argc, 4), argv + argc);
+    if (argc < 4 || !(sources.empty() || sources.size() == 2 || sources.size() == 5)) {
+        std::cerr << "usage: picture stored|depth|positions|normals|occlusion|masks INPUT OUTPUT.png\n"
+                     "       picture colour INPUT OUTPUT.png [PICTURE REACH [R G B]]\n";
         return 2;
     }
     try {
-        run(argv[1], argv[2], argv[3]);
+        run(argv[1], argv[2], argv[3], sources);
     } catch (const std::exception& error) {
         std::cerr << "picture: " << error.what() << '\n';
         return 1;

@@ -166,7 +166,7 @@ INLINE size_t nearest_behind(__global const float* layers, __global const float*
 KERNEL void dof_behind(__global float* planes, __global const float* inner, __global const float* blocks,
                        const blur_params p, const behind_params b) {
     const int block_column = (int)get_global_id(0) - dof_margin / SIDE, block_row = get_global_id(1);
-    if (block_column >= (int)b.block_columns + dof_margin / SIDE)
+    if (!b.block_columns || block_column >= (int)b.block_columns + dof_margin / SIDE)
         return;
     __global float* second = planes + (1 + CHANNELS) * p.plane;
     const size_t first = (size_t)(SIDE * block_row) * p.stride + dof_margin + SIDE * block_column;

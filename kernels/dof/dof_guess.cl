@@ -42,7 +42,7 @@ INLINE float8 reach_of(float8 farther, float8 circle) {
 KERNEL void dof_guess(__global float* planes, __global const float* inner, __global const float* blocks,
                         const blur_params p, const behind_params b) {
     const int block_column = (int)get_global_id(0) - dof_margin / SIDE, block_row = get_global_id(1);
-    if (block_column >= (int)b.block_columns + dof_margin / SIDE)
+    if (!b.block_columns || block_column >= (int)b.block_columns + dof_margin / SIDE)
         return;
     float farthest = NOWHERE;
     if (block_column >= 0 && block_column < (int)b.block_columns)

@@ -103,7 +103,7 @@ KERNEL void ssao_planes(__global const float* depth, __global const float* extra
                           const block_params work, const occlusion_params occlusion) {
     const int column = (int)get_global_id(0) * V - split_margin;
     const int v = (int)(get_global_id(1) + grid.y_begin) - 4; // rows of the split image, its margins included
-    if (column >= (int)split.columns + split_margin || !is_any_needed(blocks, &work))
+    if (!split.columns || column >= (int)split.columns + split_margin || !is_any_needed(blocks, &work))
         return;
     const int y = v - (int)(split.pixel_y & 3);
     const int left = 4 * column - (int)(split.pixel_x & 3);

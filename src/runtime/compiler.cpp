@@ -12,7 +12,6 @@
 #include <cstdlib>
 #include <cstring>
 #include <fstream>
-#include <list>
 #include <map>
 #include <mutex>
 #include <optional>
@@ -33,8 +32,7 @@ namespace {
 
 constexpr std::string_view pocl = "Portable Computing Language";
 
-// Messages are packets, which arrive whole. A request is lines and the bytes of params; its answer is one of these two, or how the
-// process ended.
+// Messages are packets, which arrive whole. A request is lines; its answer is one of these two, or how the process ended.
 const std::string compiled = "compiled", not_compiled = "not compiled";
 
 bool write_message(int socket, const std::string& message) {
@@ -50,32 +48,12 @@ std::optional<std::string> read_message(int socket) {
     return message;
 }
 
-/// A buffer of zeros that take no memory before they are written.
-struct Zeros {
-    std::size_t bytes;
-    void* place;
-    cl::Buffer buffer;
-
-    Zeros(const cl::Context& context, std::size_t size)
-        : bytes(size),
-          place(mmap(nullptr, size, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0)) {
-        if (place == MAP_FAILED)
-            throw std::bad_alloc();
-        buffer = cl::Buffer(context, CL_MEM_USE_HOST_PTR, bytes, place);
-    }
-    ~Zeros() {
-        buffer = {};
-        munmap(place, bytes);
-    }
-    Zeros(const Zeros&) = delete;
-    Zeros& operator=(const Zeros&) = delete;
-};
-
 /// A device of PoCL in the process that compiles, which asks no other driver for anything.
 struct OfPocl {
     cl::Device device;
     cl::Context context{device};
     cl::CommandQueue queue{context, device};
+    cl::Buffer buffer{context, CL_MEM_READ_WRITE, 4096};
     std::map<std::string, cl::Program> programs = {}; // by file and options
 };
 
@@ -97,7 +75,7 @@ OfPocl& device_called(const std::string& name) {
 }
 
 // PoCL compiles a kernel when it is started, for groups of a size, and for grids below or above a width. So one group of it runs
-// here, on zeros in place of images.
+// here. With zeros for all numbers a kernel has no pixels and does nothing, which scripts/check-builds tries.
 const std::string& compile_here(const std::string& request) {
     std::istringstream from(request);
     std::string device, file, options, name;
@@ -116,16 +94,11 @@ const std::string& compile_here(const std::string& request) {
     std::size_t group = 0, columns = 0, rows = 0, bytes = 0;
     from >> group >> columns >> rows;
     cl::Kernel kernel(program, name.c_str());
-    std::list<Zeros> zeros;
-    char kind = 0;
-    for (cl_uint index = 0; from >> bytes >> kind; ++index)
-        if (kind == 'b') {
-            kernel.setArg(index, zeros.emplace_back(on.context, bytes).buffer);
-        } else {
-            std::string value(bytes, '\0');
-            from.read(value.data(), static_cast<std::streamsize>(bytes));
-            kernel.setArg(index, bytes, value.data());
-        }
+    for (cl_uint index = 0; from >> bytes; ++index)
+        if (bytes == 0)
+            kernel.setArg(index, on.buffer);
+        else
+            kernel.setArg(index, bytes, std::vector<char>(bytes).data());
     constexpr std::size_t small_grid = 32768; // PoCL's own limit is 65535
     if (std::max(columns, rows) < small_grid)
         columns = group, rows = 1;
@@ -284,12 +257,11 @@ void compile_program(const Device& device, const std::string& file, const std::s
     compile(device, file, file + '\n' + options + "\n\n", "");
 }
 
-void compile_kernel(const Device& device, const Kernel& kernel, const std::vector<Argument>& arguments,
+void compile_kernel(const Device& device, const Kernel& kernel, const std::vector<std::size_t>& sizes,
                     const std::array<std::size_t, 2>& global, std::size_t group) {
     std::string launch = text(' ', global[0], ' ', global[1]);
-    for (const auto& [bytes, value] : arguments)
-        launch +=
-            value ? text(' ', bytes, 'p', std::string(static_cast<const char*>(value), bytes)) : text(' ', bytes, 'b');
+    for (const std::size_t size : sizes)
+        launch += text(' ', size);
     compile(device, kernel.file,
             kernel.file + '\n' + kernel.options + '\n' + kernel.name + '\n' + std::to_string(group), launch);
 }

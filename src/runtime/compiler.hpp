@@ -30,14 +30,8 @@ public:
 /// Throws: CompilerCrashed.
 void compile_program(const Device& device, const std::string& file, const std::string& options);
 
-/// An argument of a kernel: the bytes of params, or a buffer of so many.
-struct Argument {
-    std::size_t bytes;
-    const void* value; ///< nothing for a buffer
-};
-
-/// Has a kernel compiled for a launch, as `compile_program`.
-void compile_kernel(const Device& device, const Kernel& kernel, const std::vector<Argument>& arguments,
+/// Has a kernel compiled for a launch, as `compile_program`. `sizes`: of its params, in bytes; 0 for an image.
+void compile_kernel(const Device& device, const Kernel& kernel, const std::vector<std::size_t>& sizes,
                     const std::array<std::size_t, 2>& global, std::size_t group);
 
 /// Gives a device a vector width for which no compiler has crashed yet, and says so in words; the results have the same bits. Nobody

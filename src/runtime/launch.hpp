@@ -8,6 +8,7 @@
 #include <fathom/image.hpp>
 
 #include <string_view>
+#include <type_traits>
 
 namespace fathom::runtime {
 
@@ -34,14 +35,6 @@ const Params& argument_value(const Params& params) {
     return params;
 }
 
-inline Argument argument_of(const Image& image) {
-    return {buffer_of(image).getInfo<CL_MEM_SIZE>(), nullptr};
-}
-template <typename Params>
-Argument argument_of(const Params& params) {
-    return {sizeof params, &params};
-}
-
 /// The bare name of an argument's type. Drivers spell it in several ways: "float*", "__global const float *",
 /// "struct grid_params".
 std::string bare_type(std::string_view reported);
@@ -63,7 +56,8 @@ void launch(const Device& device, Kernel& kernel, Range range, const Arguments&.
         const std::size_t rounded = (range.x + group - 1) / group * group;
         if (!kernel.checked) {
             check(kernel, {argument_type(arguments)...}, group);
-            compile_kernel(device, kernel, {argument_of(arguments)...}, {rounded, range.y}, group);
+            compile_kernel(device, kernel, {std::is_same_v<Arguments, Image> ? 0 : sizeof arguments...},
+                           {rounded, range.y}, group);
             kernel.checked = true;
         }
         cl_uint index = 0;
