@@ -421,6 +421,145 @@ void check_reach(const Call& call, const Scene& scene) {
         }
 }
 
+/// A small scene that is made to break ranges: surfaces with hair and noise before them, two values, lamps, alpha of any kind, and
+/// pixels without a depth.
+Scene random_scene(std::mt19937& random, int channels) {
+    const auto whole = [&](int least, int most) { return std::uniform_int_distribution(least, most)(random); };
+    const auto real = [&](double least, double most) {
+        return static_cast<float>(std::uniform_real_distribution(least, most)(random));
+    };
+    Scene scene(whole(1, 40), whole(1, 24));
+    scene.color.clear();
+    const int lights = whole(0, 4), depths = whole(0, 3), every = whole(2, 60);
+    const float lamp = std::array{0.5f, 400.0f, 65504.0f, 0.0f, 1.0f}[static_cast<std::size_t>(lights)];
+    for (std::size_t i = 0; i < scene.depth.size(); ++i) {
+        if (depths == 0)
+            scene.depth[i] = real(nearest, 3 * nearest);
+        else if (depths == 1 && whole(0, 5) == 0)
+            scene.depth[i] = real(nearest, 20 * nearest);
+        else if (depths == 2 && i % static_cast<std::size_t>(every) == 0)
+            scene.depth[i] = static_cast<float>(nearest);
+        if (whole(0, 30) == 0)
+            scene.depth[i] = std::array{std::nanf(""), std::numeric_limits<float>::infinity(), -1.0f, 0.0f, 1e30f,
+                                        1e-30f}[static_cast<std::size_t>(whole(0, 5))];
+        const float alpha = channels == 3 || lights == 4 ? 1 : whole(0, 2) == 0 ? real(0, 1) : 1.0f * (whole(0, 3) > 0);
+        for (int channel = 0; channel < 3; ++channel)
+            scene.color.push_back(alpha * (whole(1, every) == 1 ? lamp : lights == 0 ? 0.45f : real(0, 1)));
+        if (channels == 4)
+            scene.color.push_back(alpha);
+    }
+    return scene;
+}
+
+constexpr double unit_length_error = 1e-5; // of a vector of floats, squared
+constexpr double rounding = 0x1p-18;       // of the largest number that a mean is made of
+
+/// How many numbers of a result leave the range that is described, and what the call says besides.
+long outside(const description::Result& result, const std::vector<float>& values, const Scene& scene, int channels,
+             const description::Operation& operation, const void* call) {
+    using Of = description::Content::Of;
+    const int of_pixel = result.shape.layout.channels;
+    long count = 0;
+    std::array<double, 4> least_color, greatest_color;
+    least_color.fill(INFINITY);
+    greatest_color.fill(-INFINITY);
+    for (std::size_t i = 0; i < scene.color.size(); ++i) {
+        double &low = least_color[i % static_cast<std::size_t>(channels)],
+               &high = greatest_color[i % static_cast<std::size_t>(channels)];
+        low = std::min(low, 1.0 * scene.color[i]);
+        high = std::max(high, 1.0 * scene.color[i]);
+    }
+    for (std::size_t i = 0; i < values.size(); i += static_cast<std::size_t>(of_pixel)) {
+        double square = 0;
+        bool none = true, all = true;
+        for (int channel = 0; channel < of_pixel; ++channel) {
+            const std::size_t at = i + static_cast<std::size_t>(channel);
+            const double value = values[at];
+            if (channel < 3) {
+                square += value * value;
+                none = none && value == 0;
+                all = all && !std::isnan(value);
+            }
+            if (result.content.of != Of::light) {
+                // A vector of length 1 may have a component that is 1 but for rounding.
+                const double exact = result.content.of == Of::directions && std::abs(value) <= 1 + 0x1p-22
+                                         ? std::clamp(value, -1.0, 1.0)
+                                         : value;
+                const bool holds = std::isnan(exact) || result.content.range.holds(exact);
+                if (!holds && count == 0)
+                    std::printf("      %.9g\n", value);
+                count += !holds;
+                continue;
+            }
+            double least = least_color[static_cast<std::size_t>(channel)],
+                   most = greatest_color[static_cast<std::size_t>(channel)];
+            if (operation.name == std::string("fog")) {
+                const FogOptions& fog = static_cast<const description::FogCall*>(call)->options;
+                const double alpha =
+                    channels == 4 && fog.alpha == FogAlpha::premultiplied ? 1.0 * scene.color[i + 3] : 1;
+                const double color =
+                    channel == 3 ? 1.0 * scene.color[at] : fog.fog_color[static_cast<std::size_t>(channel)] * alpha;
+                least = std::min(color, 1.0 * scene.color[at]);
+                most = std::max(color, 1.0 * scene.color[at]);
+            }
+            const double slack = rounding * std::max(std::abs(least), std::abs(most));
+            count += !(value >= least - slack && value <= most + slack) ||
+                     (channel == 3 && !(value >= 0 && value <= 1)); // alpha, which counts exactly
+        }
+        if (result.content.of == Of::directions)
+            if (const bool off = all && !none && std::abs(square - 1) > unit_length_error; off) {
+                std::printf("      of length %.9g\n", std::sqrt(square));
+                ++count;
+            }
+    }
+    return count;
+}
+
+/// How many numbers of all its results leave their ranges, for a random scene.
+long outside(const description::Operation& operation, std::size_t round, std::mt19937& random, const Device& device) {
+    const std::shared_ptr<void> call = operation.make(nullptr);
+    set_round(operation.options, round, [&](const description::Option& option, const description::Value& value) {
+        operation.set(call.get(), option, value);
+    });
+    const int channels = random() % 2 != 0 ? 3 : 4;
+    const Scene scene = random_scene(random, channels);
+    const auto image = [&](const std::vector<float>& values, int count) {
+        return Image::from_host(device, Element::f32, values.data(), {scene.camera.width, scene.camera.height, count});
+    };
+    const StoredDepth stored{image(scene.depth, 1), scene.camera};
+    for (const description::Option& option : operation.options)
+        if (option.name == std::string("color"))
+            operation.set(call.get(), option, image(scene.color, channels));
+        else if (option.name == std::string("radius"))
+            operation.set(call.get(), option, radius);
+        else if (option.kind == description::Kind::lens)
+            operation.set(call.get(), option, lens);
+    std::vector<description::Result> wanted = operation.results_of(call.get(), stored);
+    std::erase_if(wanted, [](const description::Result& result) { return !result.wanted; });
+    for (const description::Result& result : wanted)
+        *result.image = Image(device, result.shape.element, result.shape.layout);
+    operation.run(call.get(), stored, {});
+    long count = 0;
+    std::map<std::string, std::vector<float>> weights;
+    for (const description::Result& result : wanted) {
+        const std::vector<float> values = floats(*result.image);
+        const long its = outside(result, values, scene, channels, operation, call.get());
+        if (its > 0)
+            std::printf("    %s, round %zu, %s of %d x %d pixels: %ld outside\n", operation.name, round, result.name,
+                        scene.camera.width, scene.camera.height, its);
+        count += its;
+        if (contains(std::string(result.name), "_weight"))
+            weights[result.name] = values;
+    }
+    if (weights.size() == 3)
+        for (std::size_t i = 0; i < scene.depth.size(); ++i) {
+            const float near = weights["near_weight"][i], focus = weights["focus_weight"][i],
+                        far = weights["far_weight"][i];
+            count += (near + focus) + far != 1 && !(near == 0 && focus == 0 && far == 0);
+        }
+    return count;
+}
+
 constexpr std::size_t mebibyte = std::size_t{1} << 20;
 
 /// The budget that a call says it needs, in bytes; 0 if it has enough.
@@ -584,6 +723,19 @@ TEST_CASE("contract: NaN and infinity touch nothing but what can see them", "[co
     const Scene scene(307, 300);
     for (const Call& call : calls())
         check_reach(call, scene);
+}
+
+TEST_CASE("contract: no result leaves the range that is described", "[contract][slow]") {
+    constexpr unsigned images = 5000;
+    const Device device = test_device();
+    for (const description::Operation& operation : description::operations()) {
+        std::mt19937 random(1);
+        long count = 0;
+        for (unsigned i = 0; i < images; ++i)
+            count += outside(operation, i % 4, random, device);
+        std::printf("  %s: %u images, %ld numbers outside\n", operation.name, images, count);
+        CHECK(count == 0);
+    }
 }
 
 TEST_CASE("contract: a memory budget is kept, and keeps the bits", "[contract][slow]") {
