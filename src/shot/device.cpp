@@ -39,12 +39,12 @@ void DeviceOption::prepare(std::size_t memory) const {
         setenv("POCL_MAX_PTHREAD_COUNT", count.c_str(), 1); // PoCL to 4
         setenv("POCL_CPU_MAX_CU_COUNT", count.c_str(), 1);  // PoCL from 5
     }
+    runtime::compile_apart(kernels_hash()); // before there are threads that may hold a lock
     if (memory > 0)
         give_back_images();
     set_exr_threads(threads);
     if (threads > 0) // oneTBB warns of more than there are
         cv::setNumThreads(std::min(threads, cores()));
-    runtime::compile_apart(kernels_hash());
 }
 
 std::shared_mutex& vector_widths() {

@@ -58,6 +58,7 @@ int each_depth(const DepthOptions& options, const Product& product, const More& 
         }
     }
     catch_interrupts();
+    options.device.prepare(options.memory);
     std::vector<std::string> ranges;
     if (options.relative.order && !options.relative.options.range && !pipes.of_depth())
         ranges = find_ranges(options, jobs);
@@ -66,7 +67,6 @@ int each_depth(const DepthOptions& options, const Product& product, const More& 
         if (!jobs[i].left_out)
             wanted.push_back(i);
     Steps steps(options, outputs, more, operation);
-    options.device.prepare(options.memory);
     Work first;
     std::future<void> reading;
     if (!pipes.any())
