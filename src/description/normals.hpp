@@ -47,7 +47,7 @@ Example:
 template <typename Visitor>
 void describe_results(const Visitor& v, NormalsCall& call, const StoredDepth& stored) {
     v("result", call.result, true, floats(stored, call.options.channels),
-      directions("N.X N.Y N.Z", "of length 1, or 0"),
+      directions("N.X N.Y N.Z", "of length 1, or 0, but for rounding"),
       "of unit length, towards the camera. Invalid and background pixels are 0, 0, 0");
 }
 
