@@ -83,7 +83,7 @@ TEST_CASE("compiler: frames that came through a pipe are not lost when it crashe
     const auto piped = [&](const Arguments& before) {
         return joined(before, {"sh", "-c", R"(file=$1; shift; "$@" <"$file")", "sh", crashing.folder / "frames.raw"});
     };
-    const Arguments arguments{"linearize", "-",        "--size",      "32x24", "--depth-format",
+    const Arguments arguments{"linearize", "-",        "--size",        "32x24", "--depth-format",
                               "gray16le",  "--camera", crashing.camera, "-o",    crashing.folder / "out/####.exr"};
     const Outcome outcome = run(arguments, {.before = piped(crashing.over(default_width()).before)});
     INFO(outcome.err);

@@ -218,8 +218,7 @@ TEST_CASE("fill_invalid and upsample_along_edges: random images stay among the d
             }
         }
 
-        const Image picture =
-            Image::from_host(device, Element::f32, color.data(), {width * times, height * times, 3});
+        const Image picture = Image::from_host(device, Element::f32, color.data(), {width * times, height * times, 3});
         const std::vector<float> fine = values(upsample_along_edges(stored, picture).image);
         for (int y = 0; y < height * times; ++y)
             for (int x = 0; x < width * times; ++x) {

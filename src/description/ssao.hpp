@@ -102,7 +102,8 @@ void describe_results(const Visitor& v, SsaoCall& call, const StoredDepth& store
     v("visibility", call.results.visibility, true, floats(size, 1), fractions("AO"),
       "1 open, 0 blocked; NaN for invalid pixels");
     v("bent_normal", call.results.bent_normal, o.bent_normal, floats(size, 3),
-      directions("N.X N.Y N.Z", "of length 1, or 0, but for rounding"), "the mean open direction: of unit length, in the camera's axes");
+      directions("N.X N.Y N.Z", "of length 1, or 0, but for rounding"),
+      "the mean open direction: of unit length, in the camera's axes");
     v("confidence", call.results.confidence, o.confidence, floats(size, 1), fractions("confidence"),
       "the fraction of samples that hit valid pixels inside the image");
 }
