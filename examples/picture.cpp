@@ -2,7 +2,7 @@
 // stretched from its least to its greatest finite value; invalid pixels stay dark.
 // Visibility (occlusion) is shown as it is, 0 black and 1 white, and normals as ½n + ½; the weights near, focus and far are
 // red, green and blue, and a linear picture (colour) is encoded for a screen, cut off at white.
-// A result that leaves its range is refused: visibility and weights lie between 0 and 1, normals have length 1, and a blurred
+// A result that leaves its range is refused: visibility and weights lie between 0 and 1, normals have length 1 or 0, and a blurred
 // picture or one in fog lies between the least and the greatest of the colours of PICTURE within REACH pixels, and R, G, B.
 
 #include <fathom/error.hpp>
@@ -109,6 +109,7 @@ void check(const std::vector<Channel>& channels, const std::string& kind, const 
         const cv::Mat x = channels[0].values, y = channels[1].values, z = channels[2].values;
         cv::Mat length;
         cv::sqrt(x.mul(x) + y.mul(y) + z.mul(z), length);
+        length.setTo(1, length == 0); // where there is no surface
         check(length, cv::Mat(z.size(), CV_32F, cv::Scalar(1)), cv::Mat(z.size(), CV_32F, cv::Scalar(1)),
               input + ": the length of a normal");
     } else if (kind == "occlusion" || kind == "masks") {
