@@ -32,6 +32,7 @@ struct Channel {
     cv::Mat values;
     float least = std::numeric_limits<float>::infinity();
     float greatest = -std::numeric_limits<float>::infinity();
+    bool has_infinity = false;
 
     double share(int y, int x) const { return (values.at<float>(y, x) - least) / (greatest - least); }
 };
@@ -41,6 +42,7 @@ Channel read(const std::string& file, const std::string& name) {
     fathom::read_depth(file, {.channel = name, .packing = {}}).values.convertTo(channel.values, CV_32F);
     for (float& value : cv::Mat_<float>(channel.values)) {
         if (!std::isfinite(value)) {
+            channel.has_infinity |= std::isinf(value);
             value = std::numeric_limits<float>::quiet_NaN();
             continue;
         }
@@ -90,12 +92,13 @@ Color color_at(const std::string& kind, const std::vector<Channel>& channels, in
 constexpr double rounding = 1e-5; // of the largest number that a result is made of
 
 /// Refuses a channel whose pixels do not lie between those of two images.
-void check(const cv::Mat& values, const cv::Mat& least, const cv::Mat& greatest, const std::string& what) {
+void check(const cv::Mat& values, const cv::Mat& least, const cv::Mat& greatest, bool may_be_invalid,
+           const std::string& what) {
     for (int y = 0; y < values.rows; ++y) {
         for (int x = 0; x < values.cols; ++x) {
             const double value = values.at<float>(y, x), low = least.at<float>(y, x), high = greatest.at<float>(y, x);
             const double slack = rounding * std::max(std::abs(low), std::abs(high));
-            if (value < low - slack || value > high + slack) {
+            if (std::isnan(value) ? !may_be_invalid : value < low - slack || value > high + slack) {
                 throw fathom::Error(what + " is " + std::to_string(value) + " at " + std::to_string(x) + ", " +
                                     std::to_string(y) + ", where it can be " + std::to_string(low) + " to " +
                                     std::to_string(high));
@@ -105,19 +108,26 @@ void check(const cv::Mat& values, const cv::Mat& least, const cv::Mat& greatest,
 }
 
 void check(const std::vector<Channel>& channels, const std::string& kind, const std::string& input) {
+    const cv::Mat first = channels[0].values, zeros = cv::Mat::zeros(first.size(), CV_32F), ones = zeros + 1;
+    if (std::ranges::any_of(channels, &Channel::has_infinity)) {
+        throw fathom::Error(input + ": a value is infinite");
+    }
     if (kind == "normals") {
-        const cv::Mat x = channels[0].values, y = channels[1].values, z = channels[2].values;
         cv::Mat length;
-        cv::sqrt(x.mul(x) + y.mul(y) + z.mul(z), length);
+        cv::sqrt(first.mul(first) + channels[1].values.mul(channels[1].values) +
+                     channels[2].values.mul(channels[2].values),
+                 length);
         length.setTo(1, length == 0); // where there is no surface
-        check(length, cv::Mat(z.size(), CV_32F, cv::Scalar(1)), cv::Mat(z.size(), CV_32F, cv::Scalar(1)),
-              input + ": the length of a normal");
-    } else if (kind == "occlusion" || kind == "masks") {
-        for (const Channel& channel : channels) {
-            const cv::Mat& values = channel.values;
-            check(values, cv::Mat::zeros(values.size(), CV_32F), cv::Mat(values.size(), CV_32F, cv::Scalar(1)),
-                  input + ": a value");
-        }
+        check(length, ones, ones, true, input + ": the length of a normal");
+        return;
+    }
+    for (const Channel& channel : channels) {
+        check(channel.values, zeros, ones, true, input + ": a value");
+    }
+    if (kind == "masks") {
+        cv::Mat sum = first + channels[1].values + channels[2].values;
+        sum.setTo(1, sum == 0); // where there is no circle
+        check(sum, ones, ones, true, input + ": the sum of the weights");
     }
 }
 
@@ -135,7 +145,7 @@ void check_colors(const std::vector<Channel>& channels, const std::vector<std::s
             least = cv::min(least, std::stod(sources[2 + c]));
             greatest = cv::max(greatest, std::stod(sources[2 + c]));
         }
-        check(channels[c].values, least, greatest, input + ": " + names[c]);
+        check(channels[c].values, least, greatest, false, input + ": " + names[c]);
     }
 }
 
@@ -164,7 +174,9 @@ void run(const std::string& kind, const std::string& input, const std::string& o
         channels.back().least = kind == "normals" ? -1 : 0;
         channels.back().greatest = 1;
     }
-    check(channels, kind, input);
+    if (kind == "normals" || kind == "occlusion" || kind == "masks") {
+        check(channels, kind, input);
+    }
     if (!sources.empty()) {
         check_colors(channels, found->second, input, sources);
     }

@@ -450,8 +450,11 @@ TEST_CASE("program: refuses results that would replace each other or an input") 
     check_refused(run({"ssao", input, "--camera", camera, "--radius", "1", "-o", folder / "out/first.exr",
                        "--bent-normal", folder / "out/second.exr"}),
                   2, "out/second.exr");
+    fs::create_symlink("circle.exr", folder / "out/circle.exr");
+    check_refused({"linearize", "--camera", camera, input, "-o", folder / "out/circle.exr"}, 1,
+                  "out/circle.exr: is a link that leads to itself");
     CHECK(content(input) == before);
-    CHECK(folder.results() == std::vector<std::string>{"first.exr", "link.exr"});
+    CHECK(folder.results() == std::vector<std::string>{"circle.exr", "first.exr", "link.exr"});
 }
 
 TEST_CASE("program: one bad input among several is told, the others are done") {

@@ -406,7 +406,7 @@ TEST_CASE("exr results: pictures and depths beside an overscan lie in the same p
     CHECK(red.values.at<float>(2, 3) == static_cast<float>(truth(0, -1, -1)));
 
     // No blur leaves the picture's window either, whether more pixels have a depth or fewer: nothing is NaN, and nothing is cut off.
-    for (const Imath::Box2i& window : {colors.data, Imath::Box2i{{2, 1}, {30, 7}}}) {
+    for (const Imath::Box2i& window : {colors.data, Imath::Box2i{{2, 1}, {30, 7}}, colors.display}) {
         ExrImage part = colors;
         part.data = window;
         const std::string cut = write(fs::path(folder / "cut.exr"), part).string(), blurred = folder / "out/b.exr";
@@ -416,6 +416,11 @@ TEST_CASE("exr results: pictures and depths beside an overscan lie in the same p
         const cv::Mat values = read_depth(blurred, {.channel = "R", .packing = {}, .overscan = true}).values;
         CHECK(cv::checkRange(values));
     }
+    ExrImage elsewhere = colors;
+    elsewhere.data = {{100, 100}, {110, 110}};
+    check_refused({"dof", z, "--color", write(fs::path(folder / "elsewhere.exr"), elsewhere).string(), "--camera",
+                   camera, "-o", folder / "out/e.exr", "--circle", "9,99"},
+                  1, "has no pixel within the data window of the depth");
 
     // A file without windows is as large as the display window.
     cv::imwrite(folder / "c.png", cv::Mat(10, 16, CV_8UC3, cv::Scalar(10, 20, 30)));

@@ -138,6 +138,11 @@ typedef struct {
     float near[CHANNELS], far[CHANNELS];
 } fragments;
 
+// Does a colour have more light than its alpha lets through, as that of a lamp? Then its parts may, too.
+INLINE bool light_beyond_alpha(const float* color) {
+    return CHANNELS == 3 || max(max(color[0], color[1]), color[2]) > color[CHANNELS - 1];
+}
+
 INLINE float between(float value, float one, float other) {
     return min(max(value, min(one, other)), max(one, other));
 }
@@ -169,10 +174,15 @@ INLINE bool take_apart(__global const float* planes, __global const ELEMENT_TYPE
                (1.0f - rising(part, MOST_PART, MOST_PART_END));
     if (!(of->part > 0.0f))
         return false;
-    for (int k = 0; k < CHANNELS; ++k) {
-        const float rest = 1.0f - of->part;
+    const float rest = 1.0f - of->part;
+    const bool may_shine = light_beyond_alpha(here) || light_beyond_alpha(far) || light_beyond_alpha(near);
+    for (int k = CHANNELS - 1; k >= 0; --k) { // alpha first
         of->far[k] = between(fma(-of->part, near[k], here[k]) / rest, here[k], far[k]);
+        if (!may_shine)
+            of->far[k] = min(of->far[k], of->far[CHANNELS - 1]);
         of->near[k] = between(fma(-rest, of->far[k], here[k]) / of->part, here[k], near[k]);
+        if (!may_shine)
+            of->near[k] = min(of->near[k], of->near[CHANNELS - 1]);
     }
     return true;
 }

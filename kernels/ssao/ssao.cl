@@ -28,7 +28,8 @@ typedef struct {
 } itemV;
 
 INLINE itemV item_of(const band_params* rows) {
-    const uint item = (uint)get_global_id(0), wide = ssao_band / V, band_items = wide * split_planes * rows->rows;
+    const uint item = (uint)get_global_id(0), wide = ssao_band / V;
+    const uint band_items = max(wide * split_planes * rows->rows, 1u); // none where it is compiled apart
     const uint band = item / band_items, in_band = item % band_items;
     return (itemV){(int)(in_band / wide % split_planes), (int)(band * ssao_band + in_band % wide * V),
                    (int)(rows->first + in_band / wide / split_planes)};

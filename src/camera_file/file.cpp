@@ -216,8 +216,10 @@ bool is_same(const fs::path& a, const fs::path& b) {
 }
 
 fs::path followed(const fs::path& file, std::error_code& error) {
-    fs::path target = file; // the system refuses chains longer than 40
-    for (int links = 0; links < 40 && fs::is_symlink(fs::symlink_status(target, error)); ++links) {
+    fs::path target = file;
+    for (int links = 0; fs::is_symlink(fs::symlink_status(target, error)); ++links) {
+        if (links == 40) // as many as the system follows
+            refuse(file, "is a link that leads to itself, or one of over 40 links; remove it");
         const fs::path next = fs::read_symlink(target, error);
         if (error)
             break;

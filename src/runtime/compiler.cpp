@@ -57,6 +57,13 @@ struct OfPocl {
     std::map<std::string, cl::Program> programs = {}; // by file and options
 };
 
+// PoCL compiles for grids of 65535 and more once more. Where another version draws the line below, those from 32768 on are run as
+// they are.
+int size_class(std::size_t columns, std::size_t rows) {
+    const std::size_t size = std::max(columns, rows);
+    return size < 32768 ? 0 : size < 65535 ? 1 : 2;
+}
+
 OfPocl& device_called(const std::string& name) {
     static std::map<std::string, OfPocl> all;
     if (const auto found = all.find(name); found != all.end())
@@ -91,16 +98,15 @@ const std::string& compile_here(const std::string& request) {
     }
     if (name.empty())
         return compiled;
-    std::size_t group = 0, columns = 0, rows = 0, bytes = 0;
-    from >> group >> columns >> rows;
+    std::size_t of_class = 0, group = 0, columns = 0, rows = 0, bytes = 0;
+    from >> of_class >> group >> columns >> rows;
     cl::Kernel kernel(program, name.c_str());
     for (cl_uint index = 0; from >> bytes; ++index)
         if (bytes == 0)
             kernel.setArg(index, on.buffer);
         else
             kernel.setArg(index, bytes, std::vector<char>(bytes).data());
-    constexpr std::size_t small_grid = 32768; // PoCL's own limit is 65535
-    if (std::max(columns, rows) < small_grid)
+    if (size_class(columns, rows) == 0)
         columns = group, rows = 1;
     on.queue.enqueueNDRangeKernel(kernel, cl::NullRange, cl::NDRange(columns, rows), cl::NDRange(group, 1));
     on.queue.finish();
@@ -163,8 +169,9 @@ pid_t fork_that_ends_with_parent() {
         }
         if (process < 0 || status == 0)
             std::_Exit(0);
-        const std::string how =
-            WIFSIGNALED(status) ? strsignal(WTERMSIG(status)) : text("exit code ", WEXITSTATUS(status));
+        const std::string how = !WIFSIGNALED(status)          ? text("exit code ", WEXITSTATUS(status))
+                                : WTERMSIG(status) == SIGKILL ? "killed, as where memory runs out"
+                                                              : strsignal(WTERMSIG(status));
         if (!write_message(socket, how + last_error(said)))
             std::_Exit(0);
     }
@@ -262,8 +269,10 @@ void compile_kernel(const Device& device, const Kernel& kernel, const std::vecto
     std::string launch = text(' ', global[0], ' ', global[1]);
     for (const std::size_t size : sizes)
         launch += text(' ', size);
-    compile(device, kernel.file,
-            kernel.file + '\n' + kernel.options + '\n' + kernel.name + '\n' + std::to_string(group), launch);
+    compile(
+        device, kernel.file,
+        text(kernel.file, '\n', kernel.options, '\n', kernel.name, '\n', size_class(global[0], global[1]), ' ', group),
+        launch);
 }
 
 std::string take_another_width(const Device& device, const CompilerCrashed& crashed) {

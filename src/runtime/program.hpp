@@ -40,6 +40,7 @@ struct Kernel {
     std::optional<std::vector<std::filesystem::path>> compiled =
         {};                      ///< where PoCL has it, if it is PoCL's: runtime/pocl.hpp
     bool checked = false;        ///< have its arguments been compared with what was launched?
+    bool checked_large = false;  ///< and was it compiled for large grids, too?
     std::size_t group_limit = 0; ///< work-items per group that the device allows it; 0: not asked yet
 };
 

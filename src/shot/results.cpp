@@ -2,6 +2,7 @@
 #include "results.hpp"
 
 #include "camera/edge_upsampling.hpp"
+#include "camera_file/file.hpp"
 #include "io/rows.hpp"
 #include "terminal/messages.hpp"
 #include "text.hpp"
@@ -66,7 +67,12 @@ Windows result_windows(const More& more, const Job& job) {
     const auto rows = io::exr_rows(file, {color_channels(file, more.color_layer).front()}, {.overscan = true});
     const Windows picture = rows->channels().front().windows;
     const cv::Rect both = job.windows.data & picture.data;
-    return picture.display == job.windows.display && !both.empty() ? Windows{both, picture.display} : job.windows;
+    if (picture.display != job.windows.display)
+        return job.windows;
+    if (both.empty())
+        io::refuse(file, "has no pixel within the data window of the depth, " + job.input.string() +
+                             "; give a picture of the same view");
+    return {both, picture.display};
 }
 
 void fit(cv::Mat& image, const Windows& windows, const std::filesystem::path& file, ImageKind kind) {

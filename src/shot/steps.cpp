@@ -386,9 +386,10 @@ void Steps::write(Work& work) const {
         return;
     const Stopwatch watch(work.times.write);
     const Loaded& frame = work.frame;
-    for (std::size_t i = 0; i < outputs_.size() && has_overscan(work.windows) && !work.rows; ++i) {
+    const bool is_cut = work.windows != frame.windows;
+    for (std::size_t i = 0; i < outputs_.size() && (is_cut || has_overscan(work.windows)) && !work.rows; ++i) {
         Result& result = work.results[i];
-        if (work.windows != frame.windows) {
+        if (is_cut) {
             result.part = work.windows.data - frame.windows.data.tl();
             result.image = result.image(*result.part).clone();
         }

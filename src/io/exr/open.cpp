@@ -44,8 +44,9 @@ public:
     std::string name() {
         constexpr int most = 50'000; // thousands of parts; a file is opened several times, and OpenEXR compares all
         if (++names_ > most)
-            refuse(file_, "has over " + std::to_string(most) +
-                              " names of attributes and channels; it is damaged, or has to be written with fewer");
+            refuse(file_,
+                   "has over " + std::to_string(most) +
+                       " names of attributes, types and channels; it is damaged, or has to be written with fewer");
         std::string text;
         for (;;) {
             take(1);
