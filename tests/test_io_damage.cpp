@@ -150,9 +150,9 @@ TEST_CASE("damage: sizes that a file cannot hold are refused before memory is as
 TEST_CASE("damage: what is listed or compared is bounded in number and in time", "[io]") {
     const TempFolder folder;
     const auto says = [&](const fs::path& file, const std::function<void()>& read, const std::string& part) {
-        const auto begin = std::chrono::steady_clock::now();
+        const std::clock_t begin = std::clock(); // of the processor: others use it, too
         check_says(read, {file.filename().string() + ": ", part});
-        CHECK(std::chrono::steady_clock::now() - begin < std::chrono::seconds(2));
+        CHECK(static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC < 2);
     };
     std::string attributes("v/1\x01\2\0\0\0", 8), channels("v/1\x01\2\0\0\0channels\0chlist\0\xff\xff\xff\0", 28);
     for (int i = 0; i < 200'000; ++i) {
@@ -163,7 +163,7 @@ TEST_CASE("damage: what is listed or compared is bounded in number and in time",
     for (const auto& [name, text] : {std::pair{"attributes.exr", attributes}, {"channels.exr", channels}}) {
         const auto file = put(folder / name, text);
         says(
-            file, [&] { read_depth(file); }, "names of attributes and channels");
+            file, [&] { read_depth(file); }, "names of attributes, types and channels");
     }
     std::string list = "1";
     for (int i = 1; i < 500'000; ++i)

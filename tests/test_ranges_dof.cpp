@@ -24,7 +24,7 @@ constexpr float not_a_number = std::numeric_limits<float>::quiet_NaN();
 constexpr double rounding = 64 * 0x1p-24;
 // A picture of one colour differs from it by at most so many units in its last place: colours of running sums hold the rounding of
 // all that was summed, divided by how much of an aperture is known. That is more in larger pictures.
-constexpr double plain_ulp = 64, plain_ulp_of_large = 336;
+constexpr double plain_ulp = 40, plain_ulp_of_large = 160;
 
 /// A small picture that is made to break the range, its depth, and how it is blurred.
 struct Trial {

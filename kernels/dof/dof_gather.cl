@@ -13,12 +13,12 @@
 // cache.
 // Built for: FILL = 0 1; BRIGHT = 0 1; DIRECT = 0 1; BEHIND = 0 1 2
 
-#define MOMENT 0
-#include "dof/layer.h"
-
 #ifndef DIRECT
 #error "DIRECT is not defined: 1 to read pixels instead of strips, 0 otherwise"
 #endif
+#define RUNNING !DIRECT
+#define MOMENT 0
+#include "dof/layer.h"
 
 #define ROWS dof_rows_at_once
 #if DIRECT

@@ -1,8 +1,8 @@
 // Running sums along the rows of one layer, restarted a little before every column of tiles: what the layer's own pixels
 // cover, what they and all pixels behind them cover, and the colour of its own pixels. Under FILL, which is for layers before the
 // focus, three more: what those pixels cover that are certainly behind the layer and sharper, their colour, and what those
-// cover that lie behind the focus and are no sharper. Under BRIGHT the part of the layer's colour that lies beyond the knee
-// has sums of its own. A pixel counts for layer k by 1 - |s - k|, as behind it by s - k up to 1, and as certainly
+// cover that lie behind the focus and are no sharper. Under BRIGHT the parts of all these colours that lie beyond the knee
+// have sums of their own. A pixel counts for layer k by 1 - |s - k|, as behind it by s - k up to 1, and as certainly
 // behind, which the other fraction of a surface between two layers is not, by s - k - 1 up to 1.
 // Under BEHIND a pixel has a second surface, which counts like the first.
 // The sums are restarted, and highlights are summed apart, because large values leave their rounding in a running sum.

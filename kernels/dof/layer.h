@@ -15,6 +15,9 @@
 #define HIDDEN_HIGHLIGHTS (HIGHLIGHTS + CHANNELS) // under FILL and BRIGHT
 #define PLANES (HIGHLIGHTS + BRIGHT * CHANNELS * (1 + FILL) + MOMENT)
 
+#ifndef RUNNING
+#define RUNNING 0 // 1 where sums are differences of running sums
+#endif
 #define KNOWN 0.1667f // of an aperture: where less is known, a layer does not stand for all that the foreground hides
 
 // Under BEHIND 2 a second surface may be a guess. Behind a blurred foreground it counts wholly where it is as blurred as that,
@@ -158,7 +161,7 @@ INLINE void composite(__global float* here, uint plane, bool follows, const floa
     const intV some = (sum[0] > 0.0f) & (through > 0.0f);
     if (!any_of(some))
         return;
-    floatV seen = select((floatV)0.0f, min(through, through_far * (sum[0] / sum[1])), some);
+    floatV seen = select((floatV)0.0f, min(through, through_far * (sum[0] / (RUNNING ? max(sum[1], RUNNING_LEAST) : sum[1]))), some);
     if (known)
         seen *= *known;
     if (wide) {
@@ -178,7 +181,7 @@ INLINE void composite(__global float* here, uint plane, bool follows, const floa
 #else
         const floatV color = sum[2 + k];
 #endif
-        *(__global float_lanes*)to = fma(fraction, color, LOAD(float, to));
+        *(__global float_lanes*)to = fma(fraction, RUNNING ? of_running(color) : color, LOAD(float, to));
     }
 #if FILL
     // What is left to wide circles is the mean over the layers of the foreground, each weighted by what is seen of it.
@@ -196,7 +199,7 @@ INLINE void composite(__global float* here, uint plane, bool follows, const floa
 #else
         const floatV color = sum[3 + CHANNELS + k];
 #endif
-        *(__global float_lanes*)to = fma(share, color, LOAD(float, to));
+        *(__global float_lanes*)to = fma(share, RUNNING ? of_running(color) : color, LOAD(float, to));
     }
 #endif
 }

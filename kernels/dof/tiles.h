@@ -20,6 +20,15 @@
 #define HIDES(first, p) hides_within(fabs((first) - (float)(p)->middle), p)
 #define hides_within(away, p) min(max(min(away - 1.0f, 1.0f - (away - (p)->guessed) * (1.0f / (p)->per_octave)), 0.0f), 1.0f)
 
+// Differences of running sums hold the rounding of both. Where they know less of an aperture than so many pixels, a layer is seen
+// that much less, since their rounding is divided by it; and what little they have below 0 of a colour is none.
+#define RUNNING_LEAST 0.25f
+#define RUNNING_ROUNDING 0x1p-12f
+
+INLINE floatV of_running(floatV color) {
+    return select(color, (floatV)0.0f, (color < 0.0f) & (color > -RUNNING_ROUNDING));
+}
+
 // Bits of a tile's last word that are no layer: some colour lies beyond the knee; some pixel's area is not a pixel's; some
 // neighbours of one another do not lie on one surface, the nearer of them before the focus.
 #define TILE_BRIGHT 0x80000000u
