@@ -22,6 +22,7 @@ new_bare_system() {
     bare=$(mktemp -d "$kept/system.XXXXXX")
     "${as_root[@]}" cp -a "$kept/base/." "$bare"
     "${as_root[@]}" cp /etc/resolv.conf /etc/hosts "$bare/etc/"
+    "${as_root[@]}" ln -sf ../proc/self/mounts "$bare/etc/mtab" # as where Debian was installed; Blender complains without it
     # `apt` asks no question, and keeps what it loads. `sudo` is what the pages say, and the bare system has none.
     printf '%s\n' 'APT::Get::Assume-Yes "true";' 'Binary::apt::APT::Keep-Downloaded-Packages "true";' \
         'APT::Keep-Downloaded-Packages "true";' | "${as_root[@]}" tee "$bare/etc/apt/apt.conf.d/90unattended" >/dev/null
