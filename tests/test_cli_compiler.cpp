@@ -54,8 +54,10 @@ TEST_CASE("compiler: where it crashes on a kernel, a line says so, and results h
     for (const std::string& name : crashing.folder.results())
         fs::remove(crashing.folder / ("out/" + name));
 
-    const Outcome outcome = run(arguments, crashing.over(default_width()));
-    INFO(outcome.err);
+    const std::string when = GENERATE("build", "start");
+    fs::remove_all(crashing.folder / "kernels");
+    const Outcome outcome = run(arguments, crashing.over(default_width(), {"env", "FATHOM_LAYER_CRASHES_AT=" + when}));
+    INFO(when << outcome.err);
     CHECK(outcome.code == 0);
     CHECK(crashing.contents() == expected);
     CHECK(outcome.err.starts_with("fathom: warning: kernels/camera/"));

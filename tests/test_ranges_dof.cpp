@@ -305,7 +305,7 @@ Seen judge(const Trial& trial, const Device& device) {
 
 } // namespace
 
-TEST_CASE("dof: no result leaves the colours within its reach", "[dof][ranges]") {
+TEST_CASE("dof: no result leaves the colours within its reach", "[dof][ranges][slow]") {
     const Device device = test_device();
     const char* const wanted = std::getenv("RANGE_IMAGES");
     const unsigned images = wanted ? static_cast<unsigned>(std::atoi(wanted)) : 2000;

@@ -19,6 +19,7 @@
 #include <sstream>
 #include <utility>
 
+#include <dlfcn.h>
 #include <fcntl.h>
 #include <sys/mman.h>
 #include <sys/prctl.h>
@@ -57,13 +58,6 @@ struct OfPocl {
     std::map<std::string, cl::Program> programs = {}; // by file and options
 };
 
-// PoCL compiles for grids of 65535 and more once more. Where another version draws the line below, those from 32768 on are run as
-// they are.
-int size_class(std::size_t columns, std::size_t rows) {
-    const std::size_t size = std::max(columns, rows);
-    return size < 32768 ? 0 : size < 65535 ? 1 : 2;
-}
-
 OfPocl& device_called(const std::string& name) {
     static std::map<std::string, OfPocl> all;
     if (const auto found = all.find(name); found != all.end())
@@ -98,15 +92,15 @@ const std::string& compile_here(const std::string& request) {
     }
     if (name.empty())
         return compiled;
-    std::size_t of_class = 0, group = 0, columns = 0, rows = 0, bytes = 0;
-    from >> of_class >> group >> columns >> rows;
+    std::size_t of_grid = 0, group = 0, columns = 0, rows = 0, bytes = 0;
+    from >> of_grid >> group >> columns >> rows;
     cl::Kernel kernel(program, name.c_str());
     for (cl_uint index = 0; from >> bytes; ++index)
         if (bytes == 0)
             kernel.setArg(index, on.buffer);
         else
             kernel.setArg(index, bytes, std::vector<char>(bytes).data());
-    if (size_class(columns, rows) == 0)
+    if (of_grid == build_of_grid(1, 1))
         columns = group, rows = 1;
     on.queue.enqueueNDRangeKernel(kernel, cl::NullRange, cl::NDRange(columns, rows), cl::NDRange(group, 1));
     on.queue.finish();
@@ -190,6 +184,19 @@ std::set<std::string> read_compiled() {
     return all;
 }
 
+// What PoCL is linked with, LLVM above all, takes a while to load, and both processes have it where it is loaded before the fork.
+void load_pocl() {
+    const char* const chosen = std::getenv("OCL_ICD_VENDORS");
+    std::error_code ignored;
+    for (const auto& entry :
+         std::filesystem::directory_iterator(chosen && *chosen ? chosen : "/etc/OpenCL/vendors", ignored)) {
+        std::string library;
+        if (entry.path().filename().string().find("pocl") != std::string::npos &&
+            std::getline(std::ifstream(entry.path()), library))
+            dlopen(library.c_str(), RTLD_LAZY);
+    }
+}
+
 struct Compiler {
     std::mutex mutex;
     int socket = -1;
@@ -251,6 +258,8 @@ void compile_apart(const std::string& version) {
         socketpair(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0, sockets) != 0)
         return;
     const PoclFolder chosen; // for both
+    if (std::error_code ignored; !std::filesystem::exists(list_of_compiled(), ignored))
+        load_pocl(); // which most runs do not need before the fork, and a first one does
     of.process = fork_that_ends_with_parent();
     if (of.process == 0)
         wait_for_compilers(sockets[1]);
@@ -264,15 +273,20 @@ void compile_program(const Device& device, const std::string& file, const std::s
     compile(device, file, file + '\n' + options + "\n\n", "");
 }
 
+unsigned build_of_grid(std::size_t columns, std::size_t rows) {
+    const std::size_t size = std::max(columns, rows);
+    return size < 32768 ? 1 : size < 65535 ? 2 : 4;
+}
+
 void compile_kernel(const Device& device, const Kernel& kernel, const std::vector<std::size_t>& sizes,
                     const std::array<std::size_t, 2>& global, std::size_t group) {
     std::string launch = text(' ', global[0], ' ', global[1]);
     for (const std::size_t size : sizes)
         launch += text(' ', size);
-    compile(
-        device, kernel.file,
-        text(kernel.file, '\n', kernel.options, '\n', kernel.name, '\n', size_class(global[0], global[1]), ' ', group),
-        launch);
+    compile(device, kernel.file,
+            text(kernel.file, '\n', kernel.options, '\n', kernel.name, '\n', build_of_grid(global[0], global[1]), ' ',
+                 group),
+            launch);
 }
 
 std::string take_another_width(const Device& device, const CompilerCrashed& crashed) {

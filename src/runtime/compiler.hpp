@@ -30,6 +30,10 @@ public:
 /// Throws: CompilerCrashed.
 void compile_program(const Device& device, const std::string& file, const std::string& options);
 
+/// The build of a kernel that a grid takes, as a bit: PoCL compiles for grids of 65535 and more once more. Where another version
+/// draws the line below, those from 32768 on have one of their own.
+unsigned build_of_grid(std::size_t columns, std::size_t rows);
+
 /// Has a kernel compiled for a launch, as `compile_program`. `sizes`: of its params, in bytes; 0 for an image.
 void compile_kernel(const Device& device, const Kernel& kernel, const std::vector<std::size_t>& sizes,
                     const std::array<std::size_t, 2>& global, std::size_t group);

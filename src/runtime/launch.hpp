@@ -54,14 +54,12 @@ void launch(const Device& device, Kernel& kernel, Range range, const Arguments&.
         const auto lock = locked(device.state().mutex); // from the first argument until the kernel has them all
         const std::size_t group = group_size(device, kernel);
         const std::size_t rounded = (range.x + group - 1) / group * group;
-        const bool is_large = std::max(rounded, range.y) >= 32768; // of which there may be another build
-        if (!kernel.checked)
-            check(kernel, {argument_type(arguments)...}, group);
-        if (!kernel.checked || (is_large && !kernel.checked_large)) {
+        if (const unsigned of_grid = build_of_grid(rounded, range.y); !(kernel.builds & of_grid)) {
+            if (!kernel.builds)
+                check(kernel, {argument_type(arguments)...}, group);
             compile_kernel(device, kernel, {std::is_same_v<Arguments, Image> ? 0 : sizeof arguments...},
                            {rounded, range.y}, group);
-            kernel.checked = true;
-            kernel.checked_large |= is_large;
+            kernel.builds |= of_grid;
         }
         cl_uint index = 0;
         (kernel.kernel.setArg(index++, argument_value(arguments)), ...);

@@ -39,8 +39,7 @@ struct Kernel {
     std::string description; ///< for messages: the file and its choices
     std::optional<std::vector<std::filesystem::path>> compiled =
         {};                      ///< where PoCL has it, if it is PoCL's: runtime/pocl.hpp
-    bool checked = false;        ///< have its arguments been compared with what was launched?
-    bool checked_large = false;  ///< and was it compiled for large grids, too?
+    unsigned builds = 0;         ///< that were compiled (runtime/compiler.hpp), after its arguments were checked
     std::size_t group_limit = 0; ///< work-items per group that the device allows it; 0: not asked yet
 };
 

@@ -358,10 +358,31 @@ cl_int code_of(Call call) {
     return given == CL_SUCCESS ? about(call).code : given;
 }
 
-/// Does the compiler crash on such options, as the environment asks for?
-bool crashes(const char* options) {
-    static const char* const over = std::getenv("FATHOM_LAYER_CRASHES");
-    return over && options && std::string_view(options).find(over) != std::string_view::npos;
+/// Crashes as a compiler does over such options, where the environment asks for it: in a program's build, or as PoCL also does when a
+/// kernel is started.
+void crash_over(const char* options, std::string_view when) {
+    static const char *const over = std::getenv("FATHOM_LAYER_CRASHES"), *const at =
+                                                                             std::getenv("FATHOM_LAYER_CRASHES_AT");
+    if (!over || !options || (at ? at : "build") != when || !std::strstr(options, over))
+        return;
+    std::fputs("LLVM ERROR: of a test\n", stderr);
+    std::abort();
+}
+
+void crash_over(cl_kernel kernel) {
+    static const bool asked = std::getenv("FATHOM_LAYER_CRASHES_AT");
+    if (!asked)
+        return;
+    cl_program program = nullptr;
+    std::size_t count = 0, size = 0;
+    target.clGetKernelInfo(kernel, CL_KERNEL_PROGRAM, sizeof program, static_cast<void*>(&program), nullptr);
+    target.clGetProgramInfo(program, CL_PROGRAM_DEVICES, 0, nullptr, &count);
+    std::vector<cl_device_id> devices(count / sizeof(cl_device_id));
+    target.clGetProgramInfo(program, CL_PROGRAM_DEVICES, count, static_cast<void*>(devices.data()), nullptr);
+    target.clGetProgramBuildInfo(program, devices.front(), CL_PROGRAM_BUILD_OPTIONS, 0, nullptr, &size);
+    std::string options(size, '\0');
+    target.clGetProgramBuildInfo(program, devices.front(), CL_PROGRAM_BUILD_OPTIONS, size, options.data(), nullptr);
+    crash_over(options.c_str(), "start");
 }
 
 /// What the environment asks for: the program of a test has no other way to say it.
@@ -467,10 +488,7 @@ struct Hook<call, function, Result(CL_API_CALL*)(Arguments...)> {
 
     static Result pass_on(Tuple& given) {
         if constexpr (call == Call::clBuildProgram)
-            if (crashes(std::get<3>(given))) {
-                std::fputs("LLVM ERROR: of a test\n", stderr);
-                std::abort();
-            }
+            crash_over(std::get<3>(given), "build");
         if constexpr (call == Call::clBuildProgram)
             if (built_before(std::get<0>(given), std::get<3>(given)))
                 return CL_SUCCESS;
@@ -521,6 +539,8 @@ struct Hook<call, function, Result(CL_API_CALL*)(Arguments...)> {
     static Result enqueue(Tuple& given) {
         if (!nvidia_takes<call>(given))
             return failed<Result>(CL_INVALID_VALUE, given);
+        if constexpr (call == Call::clEnqueueNDRangeKernel)
+            crash_over(std::get<1>(given));
         const cl_command_queue queue = std::get<0>(given);
         const bool waits = blocks<call>(given);
         if (waits)

@@ -10,7 +10,7 @@
 ///
 /// For a program that does not link with it, FATHOM_LAYER_FAILS="POINT CODE once" (or always) says what fails and with which
 /// error, and FATHOM_LAYER_POINTS names a file for the list of points. With FATHOM_LAYER_CRASHES=TEXT a compiler aborts over options
-/// that hold the text, as LLVM does.
+/// that hold the text, as LLVM does; with FATHOM_LAYER_CRASHES_AT=start when a kernel starts.
 ///
 /// Building the same source with the same options in the same context again takes no time: its kernels are made from the
 /// program that was built first. So a thousand new devices of one context cost no more than one.
