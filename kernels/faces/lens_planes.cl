@@ -14,8 +14,8 @@
 
 #if !GIVEN
 // The slope of a row or a column through the pixel whose inverse depth is `q`.
-INLINE floatV slope_of(const floatV* nearby, floatV q, floatV step, floatV tolerance) {
-    return unless_thin(slope(nearby[0], nearby[1], q, nearby[2], nearby[3], tolerance), nearby, q, step, tolerance);
+INLINE floatV slope_of(const floatV* nearby, floatV q, floatV step, floatV tolerance, floatV width) {
+    return unless_thin(slope(nearby[0], nearby[1], q, nearby[2], nearby[3], tolerance), nearby, q, step, tolerance, width);
 }
 
 INLINE void row_of(const window* w, int dy, const bend* b, floatV* nearby) {
@@ -63,11 +63,14 @@ INLINE void lens_plane(__global const float* depth, __global const float* normal
 #else
     const floatV tolerance = 4.0f * error_through_lens(ray, fabs(q), p->error_quadratic, p->error_linear, p->error_constant);
     const floatV step = fma(q * q, (floatV)(THIN * p->radius), tolerance);
+    const floatV wide = fma(ray->x.x, ray->x.x, fma(ray->y.x, ray->y.x, ray->z.x * ray->z.x));
+    const floatV high = fma(ray->x.y, ray->x.y, fma(ray->y.y, ray->y.y, ray->z.y * ray->z.y));
+    const floatV square = max(wide, high), width = q * sqrt(square);
     bend b = no_bend();
     floatV across[4], along[4];
     row_of(&w, 0, &b, across);
     column_of(&w, 0, &b, along);
-    floatV right = slope_of(across, q, step, tolerance), down = slope_of(along, q, step, tolerance);
+    floatV right = slope_of(across, q, step, tolerance, width), down = slope_of(along, q, step, tolerance, width);
     // A difference of both sides cancels how a plane bends, and one of one side does not.
     const intV has_left = isfinite(across[1]), has_right = isfinite(across[2]), has_above = isfinite(along[1]),
                has_below = isfinite(along[2]);
@@ -81,10 +84,10 @@ INLINE void lens_plane(__global const float* depth, __global const float* normal
                 const floatV in_column = surface_only(neighbour(&w, 0, aside)), in_row = surface_only(neighbour(&w, aside, 0));
                 row_of(&w, aside, &b, beside);
                 const intV by_row = alone_in_row & isfinite(in_column) & (isfinite(beside[1]) | isfinite(beside[2]));
-                right = select(right, slope_of(beside, in_column, step, tolerance), by_row);
+                right = select(right, slope_of(beside, in_column, step, tolerance, width), by_row);
                 column_of(&w, aside, &b, beside);
                 const intV by_column = alone_in_column & isfinite(in_row) & (isfinite(beside[1]) | isfinite(beside[2]));
-                down = select(down, slope_of(beside, in_row, step, tolerance), by_column);
+                down = select(down, slope_of(beside, in_row, step, tolerance, width), by_column);
             }
             if (pass == 1)
                 break;
@@ -94,13 +97,11 @@ INLINE void lens_plane(__global const float* depth, __global const float* normal
             b.yy = select(b.yy, all.yy, bends), b.yyy = select(b.yyy, all.yyy, bends);
             row_of(&w, 0, &b, across);
             column_of(&w, 0, &b, along);
-            right = select(right, slope_of(across, q, step, tolerance), bends);
-            down = select(down, slope_of(along, q, step, tolerance), bends);
+            right = select(right, slope_of(across, q, step, tolerance, width), bends);
+            down = select(down, slope_of(along, q, step, tolerance, width), bends);
         }
     }
-    const floatV wide = fma(ray->x.x, ray->x.x, fma(ray->y.x, ray->y.x, ray->z.x * ray->z.x));
-    const floatV high = fma(ray->x.y, ray->x.y, fma(ray->y.y, ray->y.y, ray->z.y * ray->z.y));
-    const floatV square = max(wide, high), bent = fma(MOST_BENT * q, square, tolerance);
+    const floatV bent = fma(MOST_BENT * q, square, tolerance);
     const intV folded_across = has_crease(across, q, bent), folded_along = has_crease(along, q, bent);
     if (any_of(folded_across | folded_along)) {
         floatV corners[4];
@@ -109,7 +110,7 @@ INLINE void lens_plane(__global const float* depth, __global const float* normal
         take_wall(across, along, corners, q, folded_across, folded_along, &right, &down);
     }
     m = plane_of(ray, q, right, down);
-    const floatV least = fma(LEAST_CREASE * q, sqrt(square), tolerance);
+    const floatV least = fma((floatV)LEAST_CREASE, width, tolerance);
     floatV most = 0.0f;
     intV crease = -1;
     look_for_crease(q, right, across[2], across[3], least, CREASE_RIGHT, &most, &crease);

@@ -65,25 +65,44 @@ INLINE floatV slope(floatV before2, floatV before1, floatV centre, floatV after1
                     0.1f * fma((floatV)2.0f, after2 - before2, after1 - before1), tolerance);
 }
 
-// The slope, except on objects one or two pixels wide. Two taps do not fit their plane, and planes of other objects must not
-// be theirs. Such a pixel takes the difference to its closer neighbour if that is within `step`. If it lies deeper than one
-// neighbour and nearer than the other, as the top of a box does, its plane rises to the nearer one, unless that is two radii away.
-// Any other faces the camera.
-INLINE floatV unless_thin(floatV found, const floatV* nearby, floatV q, floatV step, floatV tolerance) {
-    const floatV from_before = fabs(fma((floatV)2.0f, nearby[1], -nearby[0]) - q);
-    const floatV from_after = fabs(fma((floatV)2.0f, nearby[2], -nearby[3]) - q);
-    const floatV narrow = fma((floatV)NARROW, step - tolerance, tolerance); // noise explains nothing
-    if (!any_of((from_before > narrow) & (from_after > narrow)))
-        return found;
+// Of a difference from a pixel to the next: what the one beside it may be off, where a surface that bends goes on.
+#define BENDS 0.5f
+// Widths of a pixel that it rises at most from one to the next: where it bends, where a neighbour alone is part of it, and up to an edge.
+#define STEEPEST 16.0f
+#define STEEPEST_OF_TWO 5.0f
+#define STEEPEST_EDGE 150.0f
+
+// Does the surface of two neighbours go on to the pixel, `rise` away from the one next to it, which they mispredict by `off`?
+INLINE intV goes_on(floatV off, floatV rise, floatV narrow, floatV steepest) {
+    return (off <= narrow) | ((off < BENDS * fabs(rise)) & (fabs(rise) < steepest));
+}
+
+// The slope, except on objects one or two pixels wide, whose neighbours are other objects: planes of those must not be theirs. `step`:
+// what other objects lie off by. `width`: of a pixel, as inverse depth.
+// What is nearer than both neighbours, as a strand, faces the camera. What is deeper than one and nearer than the other, as the top of
+// a box or the ground behind a ridge, rises with the gentler of the two, if the nearer one's surface does not fall back behind it. What
+// is deeper than both, as a wall that bends away behind an edge, goes on to the closer one, if that is a surface.
+INLINE floatV unless_thin(floatV found, const floatV* nearby, floatV q, floatV step, floatV tolerance, floatV width) {
     const floatV before = q - nearby[1], after = nearby[2] - q;
-    const floatV closer = select(after, before, !(fabs(before) > fabs(after)));
-    const floatV nearer = select(before, after, after > 0.0f);
-    const intV between = (min(before, after) > 0.0f) | (max(before, after) < 0.0f);
-    const floatV top = select((floatV)0.0f, nearer, between & (fabs(nearer) < step * (2.0f / THIN)));
-    const intV near = fabs(closer) < step;
-    const intV clearly = near & (fabs(closer) < 0.5f * max(fabs(before), fabs(after)));
-    const floatV least = select(step, narrow, clearly);
-    return select(found, select(top, closer, near), (from_before > least) & (from_after > least));
+    const floatV narrow = fma((floatV)NARROW, step - tolerance, tolerance); // noise explains nothing
+    const floatV steepest = fma((floatV)STEEPEST, width, tolerance);
+    const intV fits = goes_on(misprediction(nearby[0], nearby[1], q), before, narrow, steepest) |
+                      goes_on(misprediction(nearby[3], nearby[2], q), after, narrow, steepest);
+    const intV alone = !isfinite(before) & !isfinite(after);
+    if (!any_of(!(fits | alone)))
+        return found;
+    // What is missing is as deep as can be.
+    const floatV rise = select((floatV)INFINITY, before, isfinite(before)), fall = select((floatV)-INFINITY, after, isfinite(after));
+    const floatV before_that = nearby[1] - nearby[0], after_that = nearby[3] - nearby[2];
+    const intV by_before = fabs(rise) <= fabs(fall), up = fall > 0.0f;
+    const floatV closer = select(fall, rise, by_before), beyond_closer = select(after_that, before_that, by_before);
+    const floatV nearer = select(rise, fall, up), beyond_nearer = select(before_that, after_that, up);
+    const intV between = (min(rise, fall) > 0.0f) | (max(rise, fall) < 0.0f), deeper = (rise < 0.0f) & (fall > 0.0f);
+    const intV goes_up = select(-beyond_nearer, beyond_nearer, up) > -BENDS * fabs(nearer);
+    const intV edge = between & goes_up & (fabs(closer) < fma((floatV)STEEPEST_EDGE, width, tolerance));
+    const intV wall = deeper & (fabs(beyond_closer) < BENDS * fabs(closer)) & (fabs(closer) < step);
+    const intV two = fabs(closer) < fma((floatV)STEEPEST_OF_TWO, width, tolerance);
+    return select(select((floatV)0.0f, closer, edge | wall | two), found, fits | alone);
 }
 
 #endif

@@ -49,9 +49,9 @@ INLINE centreV centre_at(const occlusion_params* p, floatV x, float y, const flo
     const floatV tolerance = 4.0f * depth_error(p, q);
     const floatV step =
         fma((PERSPECTIVE ? q * q : (floatV)1.0f) / ray_length(p, x, y), (floatV)(THIN * p->radius), tolerance);
-    c.right = unless_thin(slope(across[0], across[1], q, across[2], across[3], tolerance), across, q, step, tolerance);
-    c.down = unless_thin(slope(along[0], along[1], q, along[2], along[3], tolerance), along, q, step, tolerance);
     const floatV size = PERSPECTIVE ? fabs(q) * p->pixel : (floatV)p->pixel;
+    c.right = unless_thin(slope(across[0], across[1], q, across[2], across[3], tolerance), across, q, step, tolerance, size);
+    c.down = unless_thin(slope(along[0], along[1], q, along[2], along[3], tolerance), along, q, step, tolerance, size);
     const floatV steep = fma(c.right, c.right, c.down * c.down);
     c.edge = fma((floatV)p->edge, sqrt(fma(size, size, steep)), tolerance);
     return c;

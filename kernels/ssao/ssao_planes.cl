@@ -167,8 +167,9 @@ KERNEL void ssao_planes(__global const float* depth, __global const float* extra
 #endif
         const floatV step = fma((PERSPECTIVE ? q * q : (floatV)1.0f) / ray_length(&occlusion, fx, fy),
                                 (floatV)(THIN * occlusion.radius), tolerance);
-        right = EVERY * unless_thin(across_gaps(right, across, q, step), across, q, step, tolerance);
-        down = EVERY * unless_thin(across_gaps(down, along, q, step), along, q, step, tolerance);
+        const floatV size = (PERSPECTIVE ? fabs(q) : (floatV)1.0f) * (occlusion.pixel / EVERY);
+        right = EVERY * unless_thin(across_gaps(right, across, q, step), across, q, step, tolerance, size);
+        down = EVERY * unless_thin(across_gaps(down, along, q, step), along, q, step, tolerance, size);
 #endif
         slopes_here[j] = select((floatV)0.0f, packed_slopes(right, down), surface);
     }
