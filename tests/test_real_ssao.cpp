@@ -110,3 +110,60 @@ TEST_CASE("real: ambient occlusion has at most twice the dark specks of the path
         }
     }
 }
+
+namespace {
+
+// What is nearer by 3 % than the pixels two or three away on both sides, along a row or a column.
+std::vector<bool> strands_of(const cv::Mat& depth) {
+    std::vector<bool> strands(depth.total());
+    for (int y = 0; y < depth.rows; ++y)
+        for (int x = 0; x < depth.cols; ++x)
+            for (const int away : {2, 3})
+                for (const cv::Point step : {cv::Point(away, 0), cv::Point(0, away)}) {
+                    const cv::Point here(x, y);
+                    const cv::Rect all({}, depth.size());
+                    const float farther = 1.03F * depth.at<float>(here);
+                    if (all.contains(here + step) && all.contains(here - step) &&
+                        depth.at<float>(here + step) > farther && depth.at<float>(here - step) > farther)
+                        strands[static_cast<std::size_t>(y * depth.cols + x)] = true;
+                }
+    return strands;
+}
+
+constexpr float far_away = 1e4F; // what Blender writes where nothing is lies beyond
+constexpr double strand_mean = 0.04, strand_black = 0.04, hair_error = 0.080;
+
+} // namespace
+
+TEST_CASE("real: strands of hair are as bright as the path tracer's", "[ssao][real]") {
+    if (!there("blender/hair"))
+        return;
+    const fs::path folder = data / "blender/hair";
+    const cv::Mat depth = read_depth(folder / "sharp.exr").values;
+    const std::vector<bool> strands = strands_of(depth);
+    const std::vector<float> truth = truth_of(folder);
+    for (const Quality quality : {Quality::balanced, Quality::accurate}) {
+        const std::vector<float> got = visibility_of(folder, quality, std::nullopt);
+        double squares = 0, off = 0;
+        int all = 0, of_strands = 0, black = 0;
+        for (std::size_t i = 0; i < got.size(); ++i) {
+            if (!(depth.ptr<float>()[i] < far_away))
+                continue;
+            const double error = static_cast<double>(got[i]) - static_cast<double>(truth[i]);
+            ++all;
+            squares += error * error;
+            if (strands[i]) {
+                ++of_strands;
+                off += error;
+                black += got[i] < 0.2F;
+            }
+        }
+        const double rms = std::sqrt(squares / all), mean = off / of_strands, part = 1.0 * black / of_strands;
+        std::cout << "hair, quality " << static_cast<int>(quality) << ": rms " << rms << ", strands brighter by "
+                  << mean << " in the mean, " << 100 * part << " % of them below 0.2\n";
+        CHECK(of_strands > 5000);
+        CHECK(rms <= hair_error);
+        CHECK(std::abs(mean) <= strand_mean);
+        CHECK(part <= strand_black);
+    }
+}

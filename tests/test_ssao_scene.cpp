@@ -242,6 +242,44 @@ TEST_CASE("ssao scene: what long rays lack beside the true ends of solids lies o
 
 namespace {
 
+constexpr double ridge_error = 0.012;
+constexpr double ridge_error_of_one_slice =
+    0.025; // a pixel of a ridge has no neighbours to share slices with: true normals leave 0.013
+
+} // namespace
+
+TEST_CASE("ssao scene: ridges and what lies behind them are open at any thickness", "[ssao][slow]") {
+    const DepthSpan span{1, std::numeric_limits<double>::infinity(), DepthOrder::reversed};
+    const Camera camera = camera_over(perspective(0.9, 16.0 / 9, span), 480, 270);
+    const scene::Scene scene = scene::named("terrain");
+    const auto image = scene::render(scene, camera);
+    const double width = oracle::median_width(oracle::DepthLayer(camera, image.z));
+    const std::pair<const char*, std::optional<Thickness>> thicknesses[] = {
+        {"a quarter of the radius", {}},
+        {"infinite", Thickness(oracle::infinite)},
+        {"the silhouette's", Thickness(Silhouette{})}};
+    for (const double fraction : {0.05, 0.018}) {
+        const auto points = oracle::ray_traced(scene, camera, image, fraction * width, oracle::sample_rays, 7);
+        for (const auto& [name, thickness] : thicknesses)
+            for (const Quality quality : qualities) {
+                SsaoCall call = options_of(fraction * width, quality);
+                call.thickness = thickness;
+                const std::vector<float> got = visibility_of(stored_of(image.stored, camera), call);
+                const double rmse =
+                    oracle::error_of(points, [&](const oracle::Sample& p) {
+                        return static_cast<double>(got[static_cast<std::size_t>(p.y * camera.width + p.x)]);
+                    }).rmse;
+                const char* const quality_name = quality_names[static_cast<int>(quality)];
+                std::printf("terrain against rays, radius %.1f %% of the width, thickness %s, %s: %.4f\n",
+                            100 * fraction, name, quality_name, rmse);
+                INFO(fraction << ", " << name << ", " << quality_name);
+                CHECK(rmse <= (quality == Quality::accurate ? ridge_error : ridge_error_of_one_slice));
+            }
+    }
+}
+
+namespace {
+
 constexpr double degree = std::numbers::pi / 180;
 constexpr double crease_excess = 0.02; ///< that a pixel in a crease may be lighter than both walls three pixels away
 constexpr double thin_top_error = 0.01;

@@ -72,9 +72,10 @@ INLINE floatV slope(floatV before2, floatV before1, floatV centre, floatV after1
 #define STEEPEST_OF_TWO 5.0f
 #define STEEPEST_EDGE 150.0f
 
-// Does the surface of two neighbours go on to the pixel, `rise` away from the one next to it, which they mispredict by `off`?
-INLINE intV goes_on(floatV off, floatV rise, floatV narrow, floatV steepest) {
-    return (off <= narrow) | ((off < BENDS * fabs(rise)) & (fabs(rise) < steepest));
+// Does the surface of two neighbours go on to the pixel, `rise` away from the one next to it, which they mispredict by `off`? `other`:
+// how far the neighbour on the other side lies.
+INLINE intV goes_on(floatV off, floatV rise, floatV other, floatV narrow, floatV steepest) {
+    return (off <= narrow) | ((off < BENDS * fabs(rise)) & (fabs(rise) < steepest) & !(fabs(rise) > fabs(other)));
 }
 
 // The slope, except on objects one or two pixels wide, whose neighbours are other objects: planes of those must not be theirs. `step`:
@@ -86,8 +87,8 @@ INLINE floatV unless_thin(floatV found, const floatV* nearby, floatV q, floatV s
     const floatV before = q - nearby[1], after = nearby[2] - q;
     const floatV narrow = fma((floatV)NARROW, step - tolerance, tolerance); // noise explains nothing
     const floatV steepest = fma((floatV)STEEPEST, width, tolerance);
-    const intV fits = goes_on(misprediction(nearby[0], nearby[1], q), before, narrow, steepest) |
-                      goes_on(misprediction(nearby[3], nearby[2], q), after, narrow, steepest);
+    const intV fits = goes_on(misprediction(nearby[0], nearby[1], q), before, after, narrow, steepest) |
+                      goes_on(misprediction(nearby[3], nearby[2], q), after, before, narrow, steepest);
     const intV alone = !isfinite(before) & !isfinite(after);
     if (!any_of(!(fits | alone)))
         return found;
