@@ -22,7 +22,7 @@
 // Of the radius: what lies that far from its neighbours' planes is not part of them.
 #define THIN 0.25f
 
-// Of such a distance: what neither side explains by more belongs to a neighbour twice as close as the other.
+// Of such a distance: what neither side explains by more is a pixel of its own, where one neighbour is twice as close as the other.
 #define NARROW 0.25f
 
 // Inverse depth of a neighbour; NaN for the background, because no slope may lead to it.
@@ -74,8 +74,9 @@ INLINE floatV slope(floatV before2, floatV before1, floatV centre, floatV after1
 
 // Does the surface of two neighbours go on to the pixel, `rise` away from the one next to it, which they mispredict by `off`? `other`:
 // how far the neighbour on the other side lies.
-INLINE intV goes_on(floatV off, floatV rise, floatV other, floatV narrow, floatV steepest) {
-    return (off <= narrow) | ((off < BENDS * fabs(rise)) & (fabs(rise) < steepest) & !(fabs(rise) > fabs(other)));
+INLINE intV goes_on(floatV off, floatV rise, floatV other, floatV least, floatV width) {
+    const floatV steepest = width * select((floatV)STEEPEST_EDGE, (floatV)STEEPEST, isfinite(other));
+    return (off <= least) | ((off < BENDS * fabs(rise)) & (fabs(rise) < steepest) & !(fabs(rise) > fabs(other)));
 }
 
 // The slope, except on objects one or two pixels wide, whose neighbours are other objects: planes of those must not be theirs. `step`:
@@ -85,24 +86,28 @@ INLINE intV goes_on(floatV off, floatV rise, floatV other, floatV narrow, floatV
 // is deeper than both, as a wall that bends away behind an edge, goes on to the closer one, if that is a surface.
 INLINE floatV unless_thin(floatV found, const floatV* nearby, floatV q, floatV step, floatV tolerance, floatV width) {
     const floatV before = q - nearby[1], after = nearby[2] - q;
+    const floatV off_before = misprediction(nearby[0], nearby[1], q), off_after = misprediction(nearby[3], nearby[2], q);
     const floatV narrow = fma((floatV)NARROW, step - tolerance, tolerance); // noise explains nothing
-    const floatV steepest = fma((floatV)STEEPEST, width, tolerance);
-    const intV fits = goes_on(misprediction(nearby[0], nearby[1], q), before, after, narrow, steepest) |
-                      goes_on(misprediction(nearby[3], nearby[2], q), after, before, narrow, steepest);
     const intV alone = !isfinite(before) & !isfinite(after);
-    if (!any_of(!(fits | alone)))
+    if (!any_of(!(min(off_before, off_after) <= narrow) & !alone))
         return found;
     // What is missing is as deep as can be.
     const floatV rise = select((floatV)INFINITY, before, isfinite(before)), fall = select((floatV)-INFINITY, after, isfinite(after));
     const floatV before_that = nearby[1] - nearby[0], after_that = nearby[3] - nearby[2];
     const intV by_before = fabs(rise) <= fabs(fall), up = fall > 0.0f;
-    const floatV closer = select(fall, rise, by_before), beyond_closer = select(after_that, before_that, by_before);
+    const floatV even = select((floatV)0.0f, rise, rise == fall), one = select(fall, rise, by_before);
+    const floatV closer = select(one, even, fabs(rise) == fabs(fall));
+    const floatV beyond_closer = select(after_that, before_that, by_before);
     const floatV nearer = select(rise, fall, up), beyond_nearer = select(before_that, after_that, up);
+    const intV clearly = fabs(closer) < 0.5f * max(fabs(rise), fabs(fall));
+    const floatV least = select(step, narrow, clearly);
+    const intV fits = goes_on(off_before, before, after, least, width) | goes_on(off_after, after, before, least, width);
     const intV between = (min(rise, fall) > 0.0f) | (max(rise, fall) < 0.0f), deeper = (rise < 0.0f) & (fall > 0.0f);
     const intV goes_up = select(-beyond_nearer, beyond_nearer, up) > -BENDS * fabs(nearer);
     const intV edge = between & goes_up & (fabs(closer) < fma((floatV)STEEPEST_EDGE, width, tolerance));
     const intV wall = deeper & (fabs(beyond_closer) < BENDS * fabs(closer)) & (fabs(closer) < step);
-    const intV two = fabs(closer) < fma((floatV)STEEPEST_OF_TWO, width, tolerance);
+    const floatV steepest_of_two = select((floatV)STEEPEST_EDGE, (floatV)STEEPEST_OF_TWO, isfinite(beyond_closer));
+    const intV two = fabs(closer) < fma(steepest_of_two, width, tolerance);
     return select(select((floatV)0.0f, closer, edge | wall | two), found, fits | alone);
 }
 
