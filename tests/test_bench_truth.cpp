@@ -205,7 +205,7 @@ TEST_CASE("bench: a pair of methods says how sure it is which is more exact", "[
 
 // The rays of a ridge's pixels end far behind it, below the valley. A pixel without a slope faces the camera, so that this hides
 // what its true surface hides itself.
-TEST_CASE("bench: the true ends of a terrain serve pixels whose slope is known", "[bench][exhaustive]") {
+TEST_CASE("bench: the true ends of a terrain need no normals", "[bench][exhaustive]") {
     constexpr int width = 960, height = 540, stride = 23;
     const std::vector<bench::View> all = bench::views(width, height);
     const bench::View& view = *std::ranges::find(all, "terrain", &bench::View::name);
@@ -231,6 +231,6 @@ TEST_CASE("bench: the true ends of a terrain serve pixels whose slope is known",
     const double guessed = rms({}, {}), ends = rms(on.backs(), {}), both = rms(on.backs(), given);
     std::printf("terrain against the scene itself: constant thickness %.4f, true ends %.4f, with true normals %.4f\n",
                 guessed, ends, both);
-    CHECK(both < guessed);
+    CHECK(ends < 0.0025);
     CHECK(both < 0.0025);
 }

@@ -88,16 +88,17 @@ INLINE floatV unless_thin(floatV found, const floatV* nearby, floatV q, floatV s
     const floatV before = q - nearby[1], after = nearby[2] - q;
     const floatV off_before = misprediction(nearby[0], nearby[1], q), off_after = misprediction(nearby[3], nearby[2], q);
     const floatV narrow = fma((floatV)NARROW, step - tolerance, tolerance); // noise explains nothing
-    const intV alone = !isfinite(before) & !isfinite(after);
+    const intV alone = (!isfinite(before) & !isfinite(after)) | (!isfinite(nearby[0]) & !isfinite(nearby[3]));
     if (!any_of(!(min(off_before, off_after) <= narrow) & !alone))
         return found;
     // What is missing is as deep as can be.
     const floatV rise = select((floatV)INFINITY, before, isfinite(before)), fall = select((floatV)-INFINITY, after, isfinite(after));
     const floatV before_that = nearby[1] - nearby[0], after_that = nearby[3] - nearby[2];
     const intV by_before = fabs(rise) <= fabs(fall), up = fall > 0.0f;
+    const intV tie = fabs(rise) == fabs(fall);
     const floatV even = select((floatV)0.0f, rise, rise == fall), one = select(fall, rise, by_before);
-    const floatV closer = select(one, even, fabs(rise) == fabs(fall));
-    const floatV beyond_closer = select(after_that, before_that, by_before);
+    const floatV closer = select(one, even, tie);
+    const floatV beyond_closer = select(select(after_that, before_that, by_before), (floatV)NAN, tie);
     const floatV nearer = select(rise, fall, up), beyond_nearer = select(before_that, after_that, up);
     const intV clearly = fabs(closer) < 0.5f * max(fabs(rise), fabs(fall));
     const floatV least = select(step, narrow, clearly);
@@ -106,9 +107,9 @@ INLINE floatV unless_thin(floatV found, const floatV* nearby, floatV q, floatV s
     const intV goes_up = select(-beyond_nearer, beyond_nearer, up) > -BENDS * fabs(nearer);
     const intV edge = between & goes_up & (fabs(closer) < fma((floatV)STEEPEST_EDGE, width, tolerance));
     const intV wall = deeper & (fabs(beyond_closer) < BENDS * fabs(closer)) & (fabs(closer) < step);
-    const floatV steepest_of_two = select((floatV)STEEPEST_EDGE, (floatV)STEEPEST_OF_TWO, isfinite(beyond_closer));
-    const intV two = fabs(closer) < fma(steepest_of_two, width, tolerance);
-    return select(select((floatV)0.0f, closer, edge | wall | two), found, fits | alone);
+    const intV two = fabs(closer) < min(fma((floatV)STEEPEST_OF_TWO, width, tolerance), step);
+    const intV untold = !isfinite(beyond_closer) & (fabs(closer) < fma((floatV)STEEPEST_EDGE, width, tolerance));
+    return select(select((floatV)0.0f, closer, edge | wall | two), found, fits | alone | untold);
 }
 
 #endif

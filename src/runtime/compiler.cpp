@@ -191,8 +191,8 @@ void load_pocl() {
     for (const auto& entry :
          std::filesystem::directory_iterator(chosen && *chosen ? chosen : "/etc/OpenCL/vendors", ignored)) {
         std::string library;
-        if (entry.path().filename().string().find("pocl") != std::string::npos &&
-            std::getline(std::ifstream(entry.path()), library))
+        if (entry.path().extension() == ".icd" && entry.path().filename().string().find("pocl") != std::string::npos &&
+            entry.is_regular_file(ignored) && std::getline(std::ifstream(entry.path()), library))
             dlopen(library.c_str(), RTLD_LAZY);
     }
 }
