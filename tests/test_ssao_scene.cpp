@@ -257,7 +257,8 @@ TEST_CASE("ssao scene: ridges and what lies behind them are open at any thicknes
         {"infinite", Thickness(oracle::infinite)},
         {"the silhouette's", Thickness(Silhouette{})}};
     for (const double fraction : {0.05, 0.018}) {
-        const auto points = oracle::ray_traced(scene, camera, image, fraction * width, oracle::sample_rays, 7); // every phase of 4 x 4 alike
+        const auto points = oracle::ray_traced(scene, camera, image, fraction * width, oracle::sample_rays,
+                                               7); // every phase of 4 x 4 alike
         for (const auto& [name, thickness] : thicknesses)
             for (const Quality quality : qualities) {
                 SsaoCall call = options_of(fraction * width, quality);

@@ -82,8 +82,9 @@ INLINE intV goes_on(floatV off, floatV rise, floatV other, floatV least, floatV 
 // The slope, except on objects one or two pixels wide, whose neighbours are other objects: planes of those must not be theirs. `step`:
 // what other objects lie off by. `width`: of a pixel, as inverse depth.
 // What is nearer than both neighbours, as a strand, faces the camera. What is deeper than one and nearer than the other, as the top of
-// a box or the ground behind a ridge, rises with the gentler of the two, if the nearer one's surface does not fall back behind it. What
-// is deeper than both, as a wall that bends away behind an edge, goes on to the closer one, if that is a surface.
+// a box or the ground behind a ridge, rises with the gentler of the two, if the nearer one's surface does not fall back behind it; else
+// to the nearer one, within two radii. What is deeper than both, as a wall that bends away behind an edge, goes on to the closer one, if
+// that is a surface.
 INLINE floatV unless_thin(floatV found, const floatV* nearby, floatV q, floatV step, floatV tolerance, floatV width) {
     const floatV before = q - nearby[1], after = nearby[2] - q;
     const floatV off_before = misprediction(nearby[0], nearby[1], q), off_after = misprediction(nearby[3], nearby[2], q);
@@ -109,7 +110,8 @@ INLINE floatV unless_thin(floatV found, const floatV* nearby, floatV q, floatV s
     const intV wall = deeper & (fabs(beyond_closer) < BENDS * fabs(closer)) & (fabs(closer) < step);
     const intV two = fabs(closer) < min(fma((floatV)STEEPEST_OF_TWO, width, tolerance), step);
     const intV untold = !isfinite(beyond_closer) & (fabs(closer) < fma((floatV)STEEPEST_EDGE, width, tolerance));
-    return select(select((floatV)0.0f, closer, edge | wall | two), found, fits | alone | untold);
+    const floatV top = select((floatV)0.0f, nearer, between & (fabs(closer) >= step) & (fabs(nearer) < step * (2.0f / THIN)));
+    return select(select(top, closer, edge | wall | two), found, fits | alone | untold);
 }
 
 #endif
