@@ -213,9 +213,10 @@ TEST_CASE("unwritten: damaged pictures of every other format are refused, or the
     std::mt19937 random(1);
     const TempFolder folder;
     int read = 0, refused = 0;
-    for (const std::string name : {"a.png", "a.jpg", "a.hdr", "a.ppm", "a.pfm", "a.npy"}) {
-        cv::Mat image = steps_of(name == "a.hdr" || name == "a.pfm" || name == "a.npy" ? CV_32FC3 : CV_8UC3, {96, 65});
-        if (name == "a.npy" || name == "a.pfm")
+    for (const std::string name : {"a.png", "a.jpg", "a.hdr", "a.ppm", "a.pfm", "a.npy", "a.exr"}) {
+        cv::Mat image = steps_of(
+            name == "a.hdr" || name == "a.pfm" || name == "a.npy" || name == "a.exr" ? CV_32FC3 : CV_8UC3, {96, 65});
+        if (name == "a.npy" || name == "a.pfm" || name == "a.exr")
             write_color(folder / name, image);
         else
             REQUIRE(cv::imwrite(folder / name, image));
