@@ -75,8 +75,7 @@ INLINE floatV slope(floatV before2, floatV before1, floatV centre, floatV after1
 // Does the surface of two neighbours go on to the pixel, `rise` away from the one next to it, which they mispredict by `off`? `other`:
 // how far the neighbour on the other side lies.
 INLINE intV goes_on(floatV off, floatV rise, floatV other, floatV least, floatV width) {
-    const floatV steepest = width * select((floatV)STEEPEST_EDGE, (floatV)STEEPEST, isfinite(other));
-    return (off <= least) | ((off < BENDS * fabs(rise)) & (fabs(rise) < steepest) & !(fabs(rise) > fabs(other)));
+    return (off <= least) | ((off < BENDS * fabs(rise)) & (fabs(rise) < STEEPEST * width) & (fabs(rise) <= fabs(other)));
 }
 
 // The slope, except on objects one or two pixels wide, whose neighbours are other objects: planes of those must not be theirs. `step`:
@@ -89,29 +88,26 @@ INLINE floatV unless_thin(floatV found, const floatV* nearby, floatV q, floatV s
     const floatV before = q - nearby[1], after = nearby[2] - q;
     const floatV off_before = misprediction(nearby[0], nearby[1], q), off_after = misprediction(nearby[3], nearby[2], q);
     const floatV narrow = fma((floatV)NARROW, step - tolerance, tolerance); // noise explains nothing
-    const intV alone = (!isfinite(before) & !isfinite(after)) | (!isfinite(nearby[0]) & !isfinite(nearby[3]));
-    if (!any_of(!(min(off_before, off_after) <= narrow) & !alone))
+    // Where one of the four is missing, nothing tells a thin object from the end of a surface.
+    const intV whole = isfinite(before - nearby[0]) & isfinite(after - nearby[3]);
+    if (!any_of(!(min(off_before, off_after) <= narrow) & whole))
         return found;
-    // What is missing is as deep as can be.
-    const floatV rise = select((floatV)INFINITY, before, isfinite(before)), fall = select((floatV)-INFINITY, after, isfinite(after));
     const floatV before_that = nearby[1] - nearby[0], after_that = nearby[3] - nearby[2];
-    const intV by_before = fabs(rise) <= fabs(fall), up = fall > 0.0f;
-    const intV tie = fabs(rise) == fabs(fall);
-    const floatV even = select((floatV)0.0f, rise, rise == fall), one = select(fall, rise, by_before);
-    const floatV closer = select(one, even, tie);
-    const floatV beyond_closer = select(select(after_that, before_that, by_before), (floatV)NAN, tie);
-    const floatV nearer = select(rise, fall, up), beyond_nearer = select(before_that, after_that, up);
-    const intV clearly = fabs(closer) < 0.5f * max(fabs(rise), fabs(fall));
+    const intV by_before = fabs(before) <= fabs(after), up = after > 0.0f;
+    const floatV even = select((floatV)0.0f, before, before == after), one = select(after, before, by_before);
+    const floatV closer = select(one, even, fabs(before) == fabs(after));
+    const floatV beyond_closer = select(after_that, before_that, by_before);
+    const floatV nearer = select(before, after, up), beyond_nearer = select(before_that, after_that, up);
+    const intV clearly = fabs(closer) < 0.5f * max(fabs(before), fabs(after));
     const floatV least = select(step, narrow, clearly);
     const intV fits = goes_on(off_before, before, after, least, width) | goes_on(off_after, after, before, least, width);
-    const intV between = (min(rise, fall) > 0.0f) | (max(rise, fall) < 0.0f), deeper = (rise < 0.0f) & (fall > 0.0f);
+    const intV between = (min(before, after) > 0.0f) | (max(before, after) < 0.0f), deeper = (before < 0.0f) & (after > 0.0f);
     const intV goes_up = select(-beyond_nearer, beyond_nearer, up) > -BENDS * fabs(nearer);
     const intV edge = between & goes_up & (fabs(closer) < fma((floatV)STEEPEST_EDGE, width, tolerance));
     const intV wall = deeper & (fabs(beyond_closer) < BENDS * fabs(closer)) & (fabs(closer) < step);
     const intV two = fabs(closer) < min(fma((floatV)STEEPEST_OF_TWO, width, tolerance), step);
-    const intV untold = !isfinite(beyond_closer) & (fabs(closer) < fma((floatV)STEEPEST_EDGE, width, tolerance));
     const floatV top = select((floatV)0.0f, nearer, between & (fabs(closer) >= step) & (fabs(nearer) < step * (2.0f / THIN)));
-    return select(select(top, closer, edge | wall | two), found, fits | alone | untold);
+    return select(select(top, closer, edge | wall | two), found, fits | !whole);
 }
 
 #endif
