@@ -2,6 +2,7 @@
 #include "command.hpp"
 #include "program.hpp"
 
+#include "runtime/compiler.hpp"
 #include "runtime/pocl.hpp"
 #include "shot/records/run_log.hpp"
 #include "terminal/interrupt.hpp"
@@ -97,7 +98,10 @@ void keep_freed_memory() {
 
 int main(int argc, char** argv) {
     keep_freed_memory();
-    watch_interrupts(fathom::runtime::remove_folder_of_process);
+    watch_interrupts([] {
+        fathom::runtime::stop_compiling(); // into the folder that goes
+        fathom::runtime::remove_folder_of_process();
+    });
     prepare_streams();
     remember_command_line(argc, argv);
     return guarded_run(argc, argv);

@@ -7,6 +7,7 @@
 #include "text.hpp"
 
 #include <algorithm>
+#include <atomic>
 #include <cerrno>
 #include <csignal>
 #include <cstdlib>
@@ -17,10 +18,10 @@
 #include <optional>
 #include <set>
 #include <sstream>
-#include <utility>
 
 #include <dlfcn.h>
 #include <fcntl.h>
+#include <poll.h>
 #include <sys/mman.h>
 #include <sys/prctl.h>
 #include <sys/resource.h>
@@ -199,8 +200,9 @@ void load_pocl() {
 
 struct Compiler {
     std::mutex mutex;
-    int socket = -1;
-    pid_t process = 0; // that waits
+    std::atomic<int> socket = -1;
+    std::atomic<pid_t> process = 0; // that waits
+    std::atomic<bool> stopped = false;
     std::string version;
     std::optional<std::set<std::string>> known;
 };
@@ -216,7 +218,7 @@ void end_compiler() {
     const std::unique_lock lock(of.mutex, std::try_to_lock);
     if (!lock || of.socket < 0)
         return;
-    close(std::exchange(of.socket, -1));
+    close(of.socket.exchange(-1));
     waitpid(of.process, nullptr, 0);
 }
 
@@ -236,8 +238,10 @@ void compile(const Device& device, const std::string& file, const std::string& w
         return;
     const auto answer =
         write_message(of.socket, device.info().name + '\n' + what + launch) ? read_message(of.socket) : std::nullopt;
+    while (of.stopped) // this process is about to end
+        pause();
     if (!answer) // nobody is there: compiled here from now on
-        close(std::exchange(of.socket, -1));
+        close(of.socket.exchange(-1));
     else if (answer == compiled && of.known->insert(hash).second)
         std::ofstream(list_of_compiled(), std::ios::app) << hash + '\n';
     else if (answer != compiled && answer != not_compiled) {
@@ -267,6 +271,17 @@ void compile_apart(const std::string& version) {
     of.version = version;
     close(sockets[1]);
     std::atexit(end_compiler);
+}
+
+void stop_compiling() {
+    Compiler& of = compiler();
+    of.stopped = true;
+    if (of.socket < 0)
+        return;
+    kill(of.process, SIGKILL); // which ends the one that compiles
+    constexpr int most = 1000; // milliseconds
+    pollfd until_both_have_gone{of.socket, 0, 0};
+    poll(&until_both_have_gone, 1, most);
 }
 
 void compile_program(const Device& device, const std::string& file, const std::string& options) {

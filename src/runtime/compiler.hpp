@@ -18,6 +18,9 @@ namespace fathom::runtime {
 /// `version`: of all kernels. Another one's are asked for once more, and found in the cache if they did not change.
 void compile_apart(const std::string& version);
 
+/// Ends that process, and whoever compiles waits until this one ends, too. Any thread may call it.
+void stop_compiling();
+
 /// PoCL's compiler crashed on a kernel. The message names the kernel, the driver and what the compiler said last.
 class CompilerCrashed : public NoDevice {
 public:
