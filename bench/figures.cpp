@@ -38,7 +38,7 @@ void compare(Table& table, const std::vector<const Figures*>& rows) {
     };
     for (std::size_t m = 0; m < rows.size(); ++m)
         for (std::size_t other = 0; other < rows.size() && is_preset(rows[m]->method); ++other) {
-            if (other == m || rows[other]->method.ends_with(silhouette_suffix))
+            if (other == m || rows[other]->method.ends_with(constant_suffix))
                 continue;
             std::vector<double> ratios;
             for (std::size_t i = 0; i < errors[m].size(); ++i)

@@ -189,10 +189,10 @@ void add_streams(std::vector<Method>& list) {
                     }});
 }
 
-Method occlusion(std::string name, const SsaoOptions& options) {
-    return {"ssao", std::move(name), Kind::library, Storage::float32, "copy", [options](Case& on) {
+Method occlusion(std::string name, const SsaoOptions& options, bool constant = false) {
+    return {"ssao", std::move(name), Kind::library, Storage::float32, "copy", [options, constant](Case& on) {
                 SsaoOptions asked = options;
-                if (on.as_thick_as_brute_force)
+                if (constant || on.as_thick_as_brute_force)
                     asked.thickness = on.brute_force_thickness();
                 return ssao(on.stored(), on.radius(), asked).visibility;
             }};
@@ -203,12 +203,12 @@ void add_ssao(std::vector<Method>& list) {
         const char* const suffix = half ? ", half resolution" : "";
         for (const auto& [name, quality] :
              {std::pair{"fast", Quality::fast}, {"balanced", Quality::balanced}, {"accurate", Quality::accurate}})
-            for (const bool silhouette : {false, true})
+            for (const bool constant : {false, true})
                 list.push_back(
-                    occlusion(text(name, suffix, silhouette ? silhouette_suffix : ""),
+                    occlusion(text(name, suffix, constant ? constant_suffix : ""),
                               {.sampling = Sampling{.quality = quality,
-                                                    .half_resolution = half ? std::optional(true) : std::nullopt},
-                               .thickness = silhouette ? std::optional<Thickness>(Silhouette{}) : std::nullopt}));
+                                                    .half_resolution = half ? std::optional(true) : std::nullopt}},
+                              constant));
         if (!half)
             list.push_back({"ssao", text("accurate", backs_suffix), Kind::library, Storage::float32, "copy",
                             [](Case& on) {

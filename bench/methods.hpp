@@ -28,8 +28,8 @@ struct Method {
     bool matches(const std::string& only) const { return (operation + ' ' + name).find(only) != std::string::npos; }
 };
 
-/// Ends the name of a method whose thickness is that of silhouettes; its error is that of the constant thickness.
-constexpr const char* silhouette_suffix = ", silhouette";
+/// Ends the name of a method whose thickness is a quarter of the radius. Errors against brute force are the same: it has that one.
+constexpr const char* constant_suffix = ", a quarter thick";
 
 /// Ends the name of a method that is told where solids end, which brute force is not.
 constexpr const char* backs_suffix = ", back depth";

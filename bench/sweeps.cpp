@@ -119,7 +119,7 @@ private:
 // Of what the page chooses the best of each operation.
 bool chosen_from(const Method& method) {
     return method.kind == Method::Kind::library && method.storage == Storage::float32 &&
-           method.name.find_first_of("0123456789") != 0 && !method.name.ends_with(silhouette_suffix) &&
+           method.name.find_first_of("0123456789") != 0 && !method.name.ends_with(constant_suffix) &&
            !method.name.ends_with(backs_suffix);
 }
 

@@ -320,11 +320,13 @@ PARAMS(occlusion_params, 136)
 // What a silhouette's width is measured by, see kernels/ssao/silhouette.cl. Lengths are in scene units.
 typedef struct {
     float step[4];     // a pixel's step along the row, the column and the two diagonals: at distance one (perspective)
-    float least_step;  // of these
+    float reach;       // how far is looked, pixels: at distance one (perspective)
     float least, most; // thickness
     float farther;     // a surface that is this much deeper is another one
+    u32 directions;       // of `step` that are looked along, from the first one on
+    u32 first_x, first_y; // of the pixels that it is measured at
 } silhouette_params;
-PARAMS(silhouette_params, 32)
+PARAMS(silhouette_params, 44)
 
 // The circle of confusion of a stored value: CircleOfConfusion of include/fathom/lens.hpp as kernels/dof_masks/circle.h has it.
 typedef struct {

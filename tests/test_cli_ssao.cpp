@@ -114,7 +114,11 @@ TEST_CASE("ssao program: every option reaches the library") {
         {{"--jitter", "1"}, [](SsaoCall& o) { sampling_of(o).jitter = 1; }},
         {{"--thickness", "0.05"}, [](SsaoCall& o) { o.thickness = 0.05; }},
         {{"--thickness", "inf"}, [](SsaoCall& o) { o.thickness = infinity; }},
-        {{"--thickness", "silhouette"}, [](SsaoCall& o) { o.thickness = Silhouette{}; }},
+        {{"--thickness", "silhouette", "--slices", "3"},
+         [](SsaoCall& o) {
+             o.thickness = Silhouette{};
+             sampling_of(o).slices = 3;
+         }},
         {{"--thickness-map", map}, [&](SsaoCall& o) { o.thickness = to_device(device, thickness); }},
         {{"--back-depth", back}, with_backs},
         {{"--back-depth", of_layers}, with_backs},

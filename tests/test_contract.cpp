@@ -294,7 +294,7 @@ const std::vector<Call>& calls() {
                                 }));
         all.push_back(ssao_call(" with a map of thicknesses", {.sampling = every_pixel},
                                 [](SsaoOptions& o, const Inputs& in) { o.thickness = in.behind.image; }));
-        all.push_back(ssao_call(" with silhouettes", {.sampling = every_pixel, .thickness = Silhouette{}}));
+        all.push_back(ssao_call(" with a constant thickness", {.sampling = every_pixel, .thickness = 0.1}));
         for (const Quality quality : {Quality::fast, Quality::balanced, Quality::accurate})
             all.push_back(dof_call(text(" with a clean plate, quality ", static_cast<int>(quality)),
                                    {.quality = quality, .max_coc_px = most_coc}, true));

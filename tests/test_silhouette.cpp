@@ -33,24 +33,21 @@ const std::pair<const char*, Projection> projections[] = {
     {"orthographic", orthographic({-2, 2, -1.5, 1.5}, {0.1, 100})},
 };
 
-std::vector<float> thickness_of(const std::vector<float>& stored, const Camera& camera, int every = 1) {
+std::vector<float> thickness_of(const std::vector<float>& stored, const Camera& camera, const Sampling& sampling = {}) {
     const StoredDepth depth{
         Image::from_host(default_device(), Element::f32, stored.data(), {camera.width, camera.height}), camera};
     const CentreRays rays = centre_rays(camera_rays(camera));
-    const PixelLattice lattice = pixel_lattice(depth, every);
     runtime::Scratch scratch(default_device());
     const Image inverse = inverse_depth(scratch, depth);
-    return floats(
-        silhouette_thickness(scratch, inverse, lattice, rays.perspective,
-                             occlusion_parameters(camera, rays_of(rays, lattice),
-                                                  inverse_depth_error(camera, depth.storage), radius, {}, {})));
+    return floats(silhouette_thickness(
+        scratch, inverse, depth, rays.perspective,
+        occlusion_parameters(camera, rays, inverse_depth_error(camera, depth.storage), radius, {}, {}), sampling, {}));
 }
 
 /// The same by its definition, in double.
 class BruteForce {
 public:
-    BruteForce(const scene::Rendered& image, const Camera& camera, int every)
-        : image_(image), sight_(camera), every_(every) {}
+    BruteForce(const scene::Rendered& image, const Camera& camera) : image_(image), sight_(camera) {}
 
     double at(int x, int y) const {
         double least = silhouette_most * radius;
@@ -58,19 +55,17 @@ public:
             const Eigen::Vector3d step = sight_.is_orthographic
                                              ? (dx * sight_.origin_x + dy * sight_.origin_y).eval()
                                              : (z(x, y) * (dx * sight_.direction_x + dy * sight_.direction_y)).eval();
-            const double length = every_ * step.norm();
+            const double length = step.norm();
             least = std::min(least, (run(x, y, dx, dy, length) + run(x, y, -dx, -dy, length) - 1) * length);
         }
         return std::max(least, silhouette_least * radius);
     }
 
 private:
-    /// View depth of a pixel that counts, NaN outside the image.
+    /// View depth of a pixel, NaN outside the image.
     double z(int x, int y) const {
-        const bool inside = x >= 0 && y >= 0 && x * every_ < image_.width && y * every_ < image_.height;
-        return inside ? image_.z[static_cast<std::size_t>(y * every_) * static_cast<std::size_t>(image_.width) +
-                                 static_cast<std::size_t>(x * every_)]
-                      : std::nan("");
+        const bool inside = x >= 0 && y >= 0 && x < image_.width && y < image_.height;
+        return inside ? image_.z[static_cast<std::size_t>(y * image_.width + x)] : std::nan("");
     }
 
     double run(int x, int y, int dx, int dy, double length) const {
@@ -86,7 +81,6 @@ private:
 
     const scene::Rendered& image_;
     oracle::DepthLayer::Sight sight_;
-    int every_;
 };
 
 /// Orthographic pixels of a 64th across. A pole of so many pixels from column 70 on, 2 away, a wall 5 away.
@@ -166,30 +160,30 @@ TEST_CASE("silhouette: a floor to the horizon is as thick as can be", "[ssao]") 
 
 TEST_CASE("silhouette: brute force over four scenes", "[ssao]") {
     for (const char* name : {"room", "railings", "spheres", "corridor"})
-        for (const auto& [projection_name, projection] : projections)
-            for (const int every : {1, 2}) {
-                const Camera camera = camera_of(projection);
-                const auto image = scene::render(scene::named(name), camera);
-                const BruteForce truth(image, camera, every);
-                const std::vector<float> got = thickness_of(image.stored, camera, every);
-                const int columns = (width + every - 1) / every, rows = (height + every - 1) / every;
-                REQUIRE(got.size() == static_cast<std::size_t>(columns * rows));
-                long surfaces = 0, thin = 0, differ = 0;
-                for (int y = 0; y < rows; ++y)
-                    for (int x = 0; x < columns; ++x) {
-                        if (!std::isfinite(image.z[static_cast<std::size_t>(y * every * width + x * every)]))
-                            continue;
-                        const double expected = truth.at(x, y);
-                        const auto value = static_cast<double>(got[static_cast<std::size_t>(y * columns + x)]);
-                        ++surfaces;
-                        thin += expected < silhouette_most * radius;
-                        differ += std::abs(value - expected) > rounding * expected;
-                    }
-                std::printf(
-                    "silhouette, %-8s %-12s every %d: %ld of %ld pixels are thin, %ld differ from brute force\n", name,
-                    projection_name, every, thin, surfaces, differ);
-                INFO(name << ", " << projection_name << ", every " << every);
-                CHECK(static_cast<double>(differ) <= other_decisions * static_cast<double>(surfaces));
-                CHECK(thin > surfaces / 100);
-            }
+        for (const auto& [projection_name, projection] : projections) {
+            const Camera camera = camera_of(projection);
+            const auto image = scene::render(scene::named(name), camera);
+            const BruteForce truth(image, camera);
+            const std::vector<float> got = thickness_of(image.stored, camera);
+            REQUIRE(got.size() == static_cast<std::size_t>(width * height));
+            long surfaces = 0, thin = 0, differ = 0;
+            for (int y = 0; y < height; ++y)
+                for (int x = 0; x < width; ++x) {
+                    if (!std::isfinite(image.z[static_cast<std::size_t>(y * width + x)]))
+                        continue;
+                    const double expected = truth.at(x, y);
+                    ++surfaces;
+                    thin += expected < silhouette_most * radius;
+                    differ += std::abs(static_cast<double>(at(got, x, y)) - expected) > rounding * expected;
+                }
+            std::printf("silhouette, %-8s %-12s: %ld of %ld pixels are thin, %ld differ from brute force\n", name,
+                        projection_name, thin, surfaces, differ);
+            INFO(name << ", " << projection_name);
+            CHECK(static_cast<double>(differ) <= other_decisions * static_cast<double>(surfaces));
+            CHECK(thin > surfaces / 100);
+            const std::vector<float> every_second = thickness_of(image.stored, camera, {.half_resolution = true});
+            for (int y = 0; y < height; y += 2)
+                for (int x = 0; x < width; x += 2)
+                    REQUIRE(at(every_second, x, y) == at(got, x, y));
+        }
 }

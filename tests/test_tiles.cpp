@@ -134,9 +134,8 @@ TEST_CASE("tiles: ssao's reach and bytes are enough", "[tiles][slow]") {
          {std::pair{"ssao, all pixels", SsaoOptions{.sampling = Sampling{.half_resolution = false}}},
           {"ssao at half resolution", SsaoOptions{.sampling = Sampling{.half_resolution = true}}},
           {"ssao of a quality", SsaoOptions{.sampling = Sampling{.quality = Quality::fast}}},
-          {"ssao with silhouettes",
-           SsaoOptions{.sampling = Sampling{.quality = Quality::fast, .half_resolution = false},
-           .thickness = Silhouette{}}},
+          {"ssao with a constant thickness",
+           SsaoOptions{.sampling = Sampling{.quality = Quality::fast, .half_resolution = false}, .thickness = 0.1}},
           {"ssao with an error", SsaoOptions{.sampling = MaxError{0.2}}}}) {
         const Reach bound = reach(tile, radius, options, nearest), found = reach(stored, radius, options);
         CHECK(found.columns <= bound.columns);

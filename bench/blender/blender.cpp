@@ -204,16 +204,16 @@ std::vector<Figures> against_path_tracer(const Device& device, const Blender& bl
     const cv::Mat visibility = oracle::path_traced_visibility(folder);
     constexpr double ray_length = 1; // of the path tracer's pass
     for (const auto& [name, quality] : qualities)
-        for (const bool silhouette : {false, true}) {
+        for (const bool constant : {false, true}) {
             const std::vector<float> got =
                 floats_of(ssao(stored, ray_length,
                                {.sampling = Sampling{.quality = quality},
-                                .thickness = silhouette ? std::optional<Thickness>(Silhouette{}) : std::nullopt})
+                                .thickness = constant ? std::optional<Thickness>(ray_length / 4) : std::nullopt})
                               .visibility);
             std::vector<double> errors;
             for (std::size_t i = 0; i < got.size(); ++i)
                 errors.push_back(static_cast<double>(got[i]) - static_cast<double>(visibility.ptr<float>()[i]));
-            add(row_of("ssao", std::string(name) + (silhouette ? ", silhouette" : ""), Method::Kind::library,
+            add(row_of("ssao", std::string(name) + (constant ? ", a quarter thick" : ""), Method::Kind::library,
                        "path tracer", width, height),
                 "visibility", errors);
         }

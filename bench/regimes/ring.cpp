@@ -115,10 +115,10 @@ Regime ring_of_a_radius(const Device& device) {
         }
     }
     regime.boundaries = {
-        {bend, "exact", 0.2, 0.3, 0.2, "closed form"}, {bend, "fast", 0.2, 0.2, 0.1, "measured", none, 0.1},
-        {bend, "balanced", 0.2, 0.4, 0.2, "measured"}, {bend, "accurate", 0.2, 0.3, 0.1, "measured"},
-        {off, "fast", 0.045, 0, none, "measured"},     {off, "balanced", 0.03, 0, none, "measured"},
-        {off, "accurate", 0.03, 0, none, "measured"},
+        {bend, "exact", 0.2, 0.3, 0.2, "closed form"}, {bend, "fast", 0.2, 0.6, 0.5, "measured"},
+        {bend, "balanced", 0.2, 0.5, 0.4, "measured"}, {bend, "accurate", 0.2, 0.5, 0.4, "measured"},
+        {off, "fast", 0.012, 0, none, "measured"},     {off, "balanced", 0.01, 0, none, "measured"},
+        {off, "accurate", 0.01, 0, none, "measured"},
     };
     return regime;
 }

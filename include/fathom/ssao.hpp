@@ -44,12 +44,12 @@ struct Silhouette {};
 /// How thick surfaces are along their rays: the same everywhere, in scene units, where infinity makes everything behind a surface
 /// solid, as in a height field; a thickness for each pixel, one float, of the depth's size; each pixel as thick as its object is
 /// wide; or where each pixel's solid ends, a second layer of depth of the same size. A pixel whose end is NaN or lies in front of its
-/// surface has the default thickness.
+/// surface is a quarter of the radius thick.
 using Thickness = std::variant<double, Image, Silhouette, StoredDepth>;
 
 struct SsaoOptions {
     std::variant<Sampling, MaxError> sampling = {}; ///< or a root mean square error of visibility
-    std::optional<Thickness> thickness = {};        ///< default: a quarter of the radius
+    std::optional<Thickness> thickness = {};        ///< default: Silhouette
 
     double falloff = 0; ///< 0 to 1: fraction of the radius, at its end, over which occluders fade out; 0: a hard end
     Border border = Border::open;

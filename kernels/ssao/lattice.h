@@ -39,12 +39,4 @@ INLINE floatV pixels_at(__global const float* image, const grid_params* pixels, 
     return in_row(image + pixels->source_offset + (size_t)y * pixels->source_stride, x, (int)pixels->x_end);
 }
 
-// From pixel (x, y) of the lattice on; NaN beyond it.
-INLINE floatV inside_at(__global const float* image, const grid_params* grid, int x, int y) {
-    if (y < 0 || y >= (int)grid->height)
-        return (floatV)NAN;
-    return in_row(image + grid->source_offset + (size_t)y * grid->source_stride, EVERY * x,
-                  EVERY * ((int)grid->x_end - 1) + 1);
-}
-
 #endif

@@ -3,7 +3,7 @@
 //   back    inverse depth of the end of what is assumed solid behind it
 //   slopes  of the tangent plane on the screen, right and down, from neighbouring depths or from given normals
 // Outside the image there is nothing, or the border's pixels again.
-// Built for: THICKNESS = 0 1 2 3; GIVEN_NORMALS = 0 1 2 3; CLAMP = 0 1
+// Built for: THICKNESS = 0 1 2; GIVEN_NORMALS = 0 1 2 3; CLAMP = 0 1
 
 #include "ssao/blocks.h"
 #include "ssao/lattice.h"
@@ -15,7 +15,7 @@
 #error "PERSPECTIVE is not defined: 1 where rays meet in the camera centre, 0 where they are parallel (orthographic)"
 #endif
 #ifndef THICKNESS
-#error "THICKNESS is not defined: 0 the same everywhere, 1 an image of it, 2 inverse depth of the back, and the same where there is none, 3 an image of every pixel that is computed"
+#error "THICKNESS is not defined: 0 the same everywhere, 1 an image of it, 2 inverse depth of the back, and the same where there is none"
 #endif
 #ifndef GIVEN_NORMALS
 #error                                                                                                                 \
@@ -25,20 +25,17 @@
 #error "CLAMP is not defined: 1 to repeat the border outside the image, 0 for nothing there"
 #endif
 
-// V neighbours of a row at (x, y), of an image of all pixels or of every `every`-th; beyond it the border's pixels under
-// CLAMP, `outside` otherwise.
-INLINE floatV row_at(__global const float* image, const grid_params* grid, int every, int x, int y, float outside) {
+// V neighbours of a row at (x, y); beyond it the border's pixels under CLAMP, `outside` otherwise.
+INLINE floatV row_at(__global const float* image, const grid_params* grid, int x, int y, float outside) {
     const int width = (int)grid->x_end, height = (int)grid->height;
-    if (y >= 0 && y < height && x >= 0 && x + V + every - 1 <= width) {
-        __global const float* const first =
-            image + grid->source_offset + (size_t)y * grid->source_stride + every * x;
-        return every == EVERY ? load_every(first) : LOAD(float, first);
+    if (y >= 0 && y < height && x >= 0 && x + V + EVERY - 1 <= width) {
+        return load_every(image + grid->source_offset + (size_t)y * grid->source_stride + EVERY * x);
     }
     float lanes[V];
     for (int i = 0; i < V; ++i) {
         const int column = clamp(x + i, 0, width - 1), row = clamp(y, 0, height - 1);
         const bool inside = CLAMP || (column == x + i && row == y);
-        lanes[i] = inside ? image[grid->source_offset + (size_t)row * grid->source_stride + every * column] : outside;
+        lanes[i] = inside ? image[grid->source_offset + (size_t)row * grid->source_stride + EVERY * column] : outside;
     }
     return *(const float_lanes*)lanes;
 }
@@ -111,7 +108,7 @@ KERNEL void ssao_planes(__global const float* depth, __global const float* extra
     floatV front[4], back[4], slopes_here[4];
     for (int j = 0; j < 4; ++j) {
         const int x = left + j * V;
-        const floatV q = row_at(depth, &grid, EVERY, x, y, NAN);
+        const floatV q = row_at(depth, &grid, x, y, NAN);
         const intV known = !isnan(q), surface = known & (q > (PERSPECTIVE ? 0.0f : -FLT_MAX));
         front[j] = select(select((floatV)UNKNOWN, (floatV)NOTHING, known), q, surface);
         const floatV fx = convert_floatV((intV)x + LANE_INDEX(int)) + ((float)split.pixel_x + 0.5f);
@@ -120,7 +117,7 @@ KERNEL void ssao_planes(__global const float* depth, __global const float* extra
 #if THICKNESS == 0 || THICKNESS == 2
         const floatV thickness = (floatV)occlusion.thickness;
 #else
-        const floatV thickness = row_at(extra, &extra_grid, THICKNESS == 3 ? 1 : EVERY, x, y, 0.0f);
+        const floatV thickness = row_at(extra, &extra_grid, x, y, 0.0f);
 #endif
 #if PERSPECTIVE
         const floatV behind = q / fma(q, thickness / length, (floatV)1.0f);
@@ -129,7 +126,7 @@ KERNEL void ssao_planes(__global const float* depth, __global const float* extra
 #endif
         back[j] = select(front[j], behind, surface & (thickness >= 0.0f));
 #if THICKNESS == 2
-        const floatV end = row_at(extra, &extra_grid, EVERY, x, y, NAN);
+        const floatV end = row_at(extra, &extra_grid, x, y, NAN);
         back[j] = select(back[j], select((floatV)NOTHING, end, end > (PERSPECTIVE ? 0.0f : -FLT_MAX)),
                          surface & (end <= q));
 #endif
@@ -138,7 +135,7 @@ KERNEL void ssao_planes(__global const float* depth, __global const float* extra
         grid_params slopes_grid = grid;
         slopes_grid.source_offset = normals_source.offset;
         slopes_grid.source_stride = normals_source.stride;
-        const floatV given = row_at(normals, &slopes_grid, EVERY, x, y, 0.0f);
+        const floatV given = row_at(normals, &slopes_grid, x, y, 0.0f);
         right = EVERY * slope_right(given), down = EVERY * slope_down(given);
 #elif GIVEN_NORMALS
         slopes_of(normals, &normals_source, &split, &occlusion, x, y, q, fx, fy, &right, &down);

@@ -194,7 +194,7 @@ void bind_back_depth(nb::module_& module) {
     nb::class_<BackDepth>(
         module, "BackDepth",
         R"(A thickness for `ssao`: each pixel's solid ends at a second layer of depth, of the same camera and size.
-Where it is NaN or lies in front of the first, the default thickness counts.
+Where it is NaN or lies in front of the first, a quarter of the radius counts.
 
     fathom.ssao(depth, camera, 0.5, thickness=fathom.BackDepth(back)))")
         .def(

@@ -64,8 +64,8 @@ OPERATIONS = {
         lambda d, c, _: fathom.ssao(d, c, radius=0.5, quality="fast", falloff=0.25, seed=7),
     ),
     "ssao-silhouette": (
-        ["ssao", "--radius", 0.5, "--thickness", "silhouette"],
-        lambda d, c, _: fathom.ssao(d, c, radius=0.5, thickness="silhouette"),
+        ["ssao", "--radius", 0.5, "--thickness", "silhouette", "--slices", 3],
+        lambda d, c, _: fathom.ssao(d, c, radius=0.5, thickness="silhouette", slices=3),
     ),
     "ssao-region": (
         ["ssao", "--radius", 0.5, "--region", "10,20,30,25"],

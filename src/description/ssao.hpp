@@ -38,12 +38,12 @@ void describe(const Visitor& v, Options& o) {
       "every scene of docs/performance.md");
     v("thickness", in<double>(o.thickness), from(0).or_infinite(),
       "how thick surfaces are along their rays, scene units. Infinity suits terrain and reliefs",
-      "a quarter of the radius");
+      "from the silhouette");
     v("thickness", in<Image>(o.thickness), Kind::lengths, "a thickness for each pixel, scene units");
     v("thickness", in<Silhouette>(o.thickness), {"silhouette"}, "each object is as thick as it is wide in the image");
     v("thickness", in<StoredDepth>(o.thickness), Kind::depth,
-      "a second layer of depth: where each pixel's solid ends. Where it is NaN or in front of the depth, the default "
-      "thickness counts");
+      "a second layer of depth: where each pixel's solid ends. Where it is NaN or in front of the depth, a quarter of "
+      "the radius counts");
     v("falloff", o.falloff, between(0, 1),
       "fraction of the radius, at its end, over which occluders fade out. 0 is a hard end");
     v("border", o.border, {"open", "clamp"},

@@ -115,7 +115,7 @@ struct Planes {
     Image fronts, backs, slopes;
 };
 
-/// The planes of the whole image. `depth` is its inverse depth, if that is there already: silhouettes need it.
+/// The planes of the whole image. `depth` is its inverse depth, if that is there already.
 Planes split_into_planes(Call& call, const Image& depth);
 
 /// The slices of a region's pixels, and the means of their sums, in bands of rows of the planes.

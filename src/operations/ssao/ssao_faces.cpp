@@ -148,7 +148,7 @@ SsaoOptions face_options(const SsaoOptions& options) {
     on_face.normals_space = Space::view;
     on_face.region.reset();
     if (thickness_as<Image>(options) || thickness_as<StoredDepth>(options))
-        on_face.thickness.reset();
+        on_face.thickness = 0.0; // until it is on the face
     return on_face;
 }
 

@@ -2,6 +2,7 @@
 
 #include "operations/inverse_depth.hpp"
 #include "operations/parameters.hpp"
+#include "operations/ssao/silhouette.hpp"
 #include "operations/ssao/ssao_call.hpp"
 
 #include <algorithm>
@@ -82,9 +83,9 @@ void half_resolution(Call& call, const Image& depth, const std::vector<Wanted>& 
         upsample(call, depth, found[i].image, results[i].output, results[i].image, region);
 }
 
-// Normals that are given tell of faces a pixel wide, and silhouettes of bars: both would lie between the computed pixels.
+// Normals that are given tell of faces a pixel wide, which would lie between the computed pixels.
 bool keeps_rough_blocks(const SsaoOptions& options) {
-    return (options.normals && !has_slopes(options)) || has_silhouettes(options);
+    return options.normals && !has_slopes(options);
 }
 
 // Which blocks of the camera's image are computed at all pixels, see kernels/ssao/blocks.h.
@@ -136,19 +137,32 @@ std::pair<Image, params::block_params> chosen_blocks(Call& call, const Image& de
 
 void occlude(Workspace& workspace, const StoredDepth& stored, double radius, const SsaoOptions& options,
              const std::vector<Wanted>& results) {
+    const bool silhouettes = has_silhouettes(options);
+    runtime::Scratch scratch(stored.image.device());
+    SsaoOptions known = options;
+    // The thickness is an image, from here on.
+    const auto measure_silhouettes = [&](const Call& call, const Image& depth, const WholeBlocks& blocks) {
+        if (silhouettes)
+            known.thickness =
+                silhouette_thickness(scratch, depth, stored, call.rays.perspective,
+                                     call.parameters(pixel_lattice(stored)), sampling_of(options), blocks);
+    };
     if (!chooses_blocks(stored, options)) {
         const bool half = is_half(options);
-        Call call(stored, radius, options, workspace);
-        const Image depth = half || has_silhouettes(options) ? shared_depth(call) : depth_on_face(call);
+        Call call(stored, radius, known, workspace);
+        const Image depth = half || silhouettes ? shared_depth(call) : depth_on_face(call);
+        measure_silhouettes(call, depth, {});
         (half ? half_resolution : whole_resolution)(call, depth, results);
         return;
     }
-    const SsaoOptions few_options = half_options(options);
+    SsaoOptions few_options = half_options(options);
     Call few(stored, radius, few_options, workspace);
     const Image depth = shared_depth(few);
     const auto [blocks, chosen] = chosen_blocks(few, depth, half_of(sampling_of(options).quality));
+    measure_silhouettes(few, depth, {blocks, chosen});
+    few_options.thickness = known.thickness;
     {
-        Call all(stored, radius, options, workspace);
+        Call all(stored, radius, known, workspace);
         all.work_for(blocks, chosen, 1, 0);
         whole_resolution(all, depth, results);
     }

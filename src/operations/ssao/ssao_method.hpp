@@ -16,7 +16,7 @@ const Way* thickness_as(const SsaoOptions& options) {
 }
 
 inline bool has_silhouettes(const SsaoOptions& options) {
-    return thickness_as<Silhouette>(options) != nullptr;
+    return !options.thickness || thickness_as<Silhouette>(options);
 }
 
 /// Of options whose tolerance has become a method.

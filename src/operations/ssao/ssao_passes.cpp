@@ -2,7 +2,6 @@
 
 #include "operations/inverse_depth.hpp"
 #include "operations/parameters.hpp"
-#include "operations/ssao/silhouette.hpp"
 #include "operations/ssao/ssao_call.hpp"
 
 #include <fathom/normals.hpp>
@@ -21,7 +20,7 @@ params::source_params source(const Image& image, const PixelLattice& lattice, in
 
 // THICKNESS of kernels/ssao/ssao_planes.cl. What is infinite is `longest_length` thick.
 int thickness_kind(const SsaoOptions& options) {
-    return has_silhouettes(options) ? 3 : thickness_as<StoredDepth>(options) ? 2 : thickness_as<Image>(options) ? 1 : 0;
+    return thickness_as<StoredDepth>(options) ? 2 : thickness_as<Image>(options) ? 1 : 0;
 }
 
 // The image's rows that belong to some rows of the planes: row 0 of these is the margin above the image.
@@ -54,9 +53,6 @@ Planes split_into_planes(Call& call, const Image& depth) {
     const Planes planes{plane(0), plane(1), plane(2)};
     constexpr int halo = 1; // row of the planes, four of the image
     static_assert(4 * halo > params::depth_margin_rows, "fitted normals look so far");
-    const Image silhouettes = has_silhouettes(options) ? silhouette_thickness(call.scratch, depth, call.lattice,
-                                                                              call.rays.perspective, call.occlusion)
-                                                       : Image();
     for (const Band& band : depth_bands(call, depth, static_cast<int>(all_rows), halo, 4 * call.lattice.every)) {
         runtime::Scratch scratch(call.device);
         const Region rows = rows_of(call, band.first, band.last);
@@ -64,10 +60,7 @@ Planes split_into_planes(Call& call, const Image& depth) {
         const Image here = depth_of(call, scratch, depth, rows).image;
         Image extra = here;
         params::grid_params extra_grid = lattice_grid(here, call.lattice, rows.y);
-        if (silhouettes) {
-            extra = silhouettes;
-            extra_grid = lattice_grid(extra, pixel_lattice(StoredDepth{extra, call.stored.camera}));
-        } else if (const auto* back = thickness_as<StoredDepth>(options)) {
+        if (const auto* back = thickness_as<StoredDepth>(options)) {
             extra = inverse_depth(scratch, part_of(*back, rows));
             extra_grid = lattice_grid(extra, call.lattice, rows.y);
         } else if (const auto* map = thickness_as<Image>(options)) {

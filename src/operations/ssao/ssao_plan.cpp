@@ -49,6 +49,8 @@ std::size_t bytes_between(const Tile& tile, const SsaoOptions& options, int rows
     const int depths = 1 + (thickness_as<StoredDepth>(options) ? 1 : 0) + (fits_normals(tile, options) ? 4 : 0);
     std::size_t bytes =
         3 * plane_bytes(tile, options, rows) + static_cast<std::size_t>(depths) * floats(width, at_once);
+    if (has_silhouettes(options))
+        bytes += floats(width, rows);
     for (const int every : passes) {
         PixelLattice lattice = pixel_lattice(tile, every);
         lattice.height = (rows + every - 1) / every;
@@ -56,8 +58,6 @@ std::size_t bytes_between(const Tile& tile, const SsaoOptions& options, int rows
         const std::size_t row_bytes = sizeof(float) * split.stride * static_cast<std::size_t>(sums_of(options));
         const std::size_t all = split.rows + std::size_t{3};
         bytes += std::min(rows_of_sums(all, row_bytes, pass), all) * row_bytes;
-        if (has_silhouettes(options))
-            bytes += floats(lattice.width, lattice.height);
         const Counts counts = counts_of_pass(tile, options, every);
         bytes += slice_table_bytes(counts, longest_side_of(tile, every));
     }
