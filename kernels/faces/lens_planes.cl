@@ -107,7 +107,7 @@ INLINE void lens_plane(__global const float* depth, __global const float* normal
         floatV corners[4];
         for (int i = 0; i < 4; ++i)
             corners[i] = surface_only(neighbour(&w, 2 * (i & 1) - 1, 2 * (i >> 1) - 1));
-        take_wall(across, along, corners, q, folded_across, folded_along, &right, &down);
+        take_wall(across, along, corners, q, bent, folded_across, folded_along, &right, &down);
     }
     m = plane_of(ray, q, right, down);
     const floatV least = fma((floatV)LEAST_CREASE, width, tolerance);

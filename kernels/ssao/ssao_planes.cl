@@ -159,7 +159,7 @@ KERNEL void ssao_planes(__global const float* depth, __global const float* extra
             const floatV corners[4] = {
                 neighbours_at(depth, &pixels, ix - 1, iy - 1), neighbours_at(depth, &pixels, ix + 1, iy - 1),
                 neighbours_at(depth, &pixels, ix - 1, iy + 1), neighbours_at(depth, &pixels, ix + 1, iy + 1)};
-            take_wall(across, along, corners, q, folded_across, folded_along, &right, &down);
+            take_wall(across, along, corners, q, tolerance, folded_across, folded_along, &right, &down);
         }
 #endif
         const floatV step = fma((PERSPECTIVE ? q * q : (floatV)1.0f) / ray_length(&occlusion, fx, fy),
