@@ -27,7 +27,7 @@ namespace {
 // Of scenes: beside pinholes that look the same way with the same angle a pixel.
 constexpr double over_pinholes = 0.002;
 // The same of pixels at creases alone, relative.
-constexpr double at_creases = 1.18;
+constexpr double at_creases = 1.02;
 // Between a panorama and the same one turned.
 constexpr double turning = 0.01;
 // Between a lens and a map of its rays, whose faces lie elsewhere by parts of a pixel.
@@ -70,8 +70,7 @@ struct Point {
 };
 
 // The fraction of a hemisphere's rays, weighted by the cosine, that meet nothing.
-double rays_into(const scene::Scene& scene, const Point& point, double radius) {
-    constexpr int rays = 128;
+double rays_into(const scene::Scene& scene, const Point& point, double radius, int rays = 128) {
     const Vector3d right = point.normal.unitOrthogonal(), down = point.normal.cross(right);
     int open = 0;
     for (int i = 0; i < rays; ++i) {
@@ -255,6 +254,53 @@ TEST_CASE("ssao lenses: a panorama is as exact as pinholes that look the same wa
         std::printf("panorama of %-8s: rms error %.4f, of pinholes %.4f\n", name, off, of_faces);
         INFO(name);
         CHECK(off <= of_faces + over_pinholes);
+    }
+}
+
+namespace {
+
+constexpr double dot = 0.12,
+                 crease_rms = 0.028; // what was asked for; measured are 0.124 at one of 11,250 pixels, and 0.011
+
+/// What encloses the camera, 4 x 2.6 x 4.8.
+scene::Scene box() {
+    scene::Scene scene;
+    for (const Vector3d& wall : {Vector3d(2, 0, 0), Vector3d(0, 1.3, 0), Vector3d(0, 0, 2.4)})
+        for (const int side : {-1, 1})
+            scene.push_back(scene::Plane{side * wall, -side * wall.normalized()});
+    return scene;
+}
+
+} // namespace
+
+TEST_CASE("ssao lenses: creases of a panorama show no dots", "[ssao][lens][slow]") {
+    const Device device = test_device();
+    constexpr double radius = 0.4;
+    const scene::Scene scene = box();
+    for (const int width : {960, 2048}) {
+        const Camera camera = panorama(width);
+        const Seen seen =
+            seen_by(scene, camera, Eigen::AngleAxisd(0.3, Vector3d(0.2, 1, 0).normalized()).toRotationMatrix());
+        const std::vector<float> found = images::floats(
+            ssao(depth_of(device, camera, seen.depth), radius, {.sampling = Sampling{.quality = Quality::accurate}})
+                .visibility);
+        Mean mean;
+        double worst = 0;
+        int creases = 0;
+        for (int y = 0; y < camera.height; ++y)
+            for (int x = 0; x < width; ++x) {
+                if (!Compared{.creases = true}(camera, seen, x, y) || ++creases % 5 != 0)
+                    continue;
+                const auto i = static_cast<std::size_t>(y * width + x);
+                const double off = static_cast<double>(found[i]) - rays_into(scene, *seen.points[i], radius, 2048);
+                worst = std::max(worst, std::abs(off));
+                mean.add(off, 1);
+            }
+        std::printf("%d creases of a box, %d pixels around: rms error %.4f, worst %.3f\n", creases, width, mean.root(),
+                    worst);
+        CHECK(creases > 3000);
+        CHECK(mean.root() <= crease_rms);
+        CHECK(worst <= dot);
     }
 }
 

@@ -36,11 +36,12 @@ INLINE void column_of(const window* w, int dx, const bend* b, floatV* nearby) {
 #define MOST_BENT 4.0f // times the inverse distance and the square of a pixel's angle: what a plane may bend by
 #define LEAST_CREASE 0.5f // widths of a pixel that the walls differ by from a pixel to the next
 
-// A crease towards the neighbour `near`, behind which `far` lies: each wall's plane misses the other's pixel on the same side.
-INLINE void look_for_crease(floatV q, floatV step, floatV near, floatV far, floatV least, int where, floatV* most, intV* code) {
+// A crease towards the neighbour `near`, behind which `far` lies: each wall's plane misses the other's pixel on the same side, or the
+// pixel is on both.
+INLINE void look_for_crease(floatV q, floatV step, floatV near, floatV far, intV folded, floatV least, int where, floatV* most, intV* code) {
     const floatV ahead = near - (q + step), back = q - fma((floatV)2.0f, near, -far);
-    const floatV off = min(fabs(ahead), fabs(back));
-    const intV same = ((ahead > 0.0f) & (back > 0.0f)) | ((ahead < 0.0f) & (back < 0.0f));
+    const floatV off = fabs(ahead);
+    const intV same = ((ahead > 0.0f) & (back > 0.0f)) | ((ahead < 0.0f) & (back < 0.0f)) | folded;
     const intV found = same & (off > least) & (off > *most) & (off < INFINITY);
     *most = select(*most, off, found);
     *code = select(*code, select((intV)where, (intV)(where | CREASE_IS_HOLLOW), ahead > 0.0f), found);
@@ -113,10 +114,10 @@ INLINE void lens_plane(__global const float* depth, __global const float* normal
     const floatV least = fma((floatV)LEAST_CREASE, width, tolerance);
     floatV most = 0.0f;
     intV crease = -1;
-    look_for_crease(q, right, across[2], across[3], least, CREASE_RIGHT, &most, &crease);
-    look_for_crease(q, -right, across[1], across[0], least, CREASE_LEFT, &most, &crease);
-    look_for_crease(q, down, along[2], along[3], least, CREASE_BELOW, &most, &crease);
-    look_for_crease(q, -down, along[1], along[0], least, CREASE_ABOVE, &most, &crease);
+    look_for_crease(q, right, across[2], across[3], folded_across, least, CREASE_RIGHT, &most, &crease);
+    look_for_crease(q, -right, across[1], across[0], folded_across, least, CREASE_LEFT, &most, &crease);
+    look_for_crease(q, down, along[2], along[3], folded_along, least, CREASE_BELOW, &most, &crease);
+    look_for_crease(q, -down, along[1], along[0], folded_along, least, CREASE_ABOVE, &most, &crease);
 #endif
     // Through the pixel itself, and not a few roundings beside it; without a plane straight across the ray.
     const floatV rest = q - fma(m.x, ray->x.u, fma(m.y, ray->y.u, m.z * ray->z.u));
