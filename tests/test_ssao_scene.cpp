@@ -162,7 +162,7 @@ TEST_CASE("ssao scene: with the true ends of solids accurate comes within 0.03 o
                 .rmse;
         };
         const double guessed = rms({}), known = rms(layer(ends));
-        std::printf("%s against the scene itself: constant thickness %.4f, true ends %.4f\n", name, guessed, known);
+        std::printf("%s against the scene itself: default thickness %.4f, true ends %.4f\n", name, guessed, known);
         INFO(name);
         CHECK(known <= error_with_ends);
         CHECK(known < guessed);

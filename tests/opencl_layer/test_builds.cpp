@@ -83,7 +83,7 @@ TEST_CASE("builds: what most runs need together is one program", "[builds]") {
     const Image z(device, Element::f32, {100, 100});
     CHECK(built([&] { linearize(stored, z); }) == 1); // with inverse depth, which all others read
     CHECK(built([&] { normals(stored); }) == 1);
-    CHECK(built([&] { ssao(stored, 0.5, {.sampling = Sampling{.quality = Quality::fast}}); }) == 5);
+    CHECK(built([&] { ssao(stored, 0.5, {.sampling = Sampling{.quality = Quality::fast}}); }) == 7);
 }
 
 TEST_CASE("builds: devices of one foreign context share what is built", "[builds]") {
