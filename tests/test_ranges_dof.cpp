@@ -7,6 +7,8 @@
 
 #include <fathom/fathom.hpp>
 
+#include <opencv2/core.hpp>
+
 #include <random>
 
 using namespace fathom;
@@ -30,6 +32,7 @@ constexpr double plain_ulp = 40, plain_ulp_of_large = 160;
 struct Trial {
     int width = 0, height = 0, channels = 3;
     std::vector<float> depth, color, plate_depth, plate;
+    bool in_halves = false, through_lens = false; // how the depth is stored and seen
     DofOptions options;
     std::string what;
 };
@@ -66,6 +69,10 @@ public:
             trial.what += " before a clean plate";
         }
         damage(trial);
+        if ((trial.in_halves = one_of(4)))
+            trial.what += " in halves";
+        if ((trial.through_lens = one_of(4)))
+            trial.what += " through a lens";
         return trial;
     }
 
@@ -255,20 +262,29 @@ bool is_within_alpha(const std::vector<float>& colors) {
 }
 
 Seen judge(const Trial& trial, const Device& device) {
-    const Camera camera{.projection = perspective(1.0, 1.0 * trial.width / trial.height, {0.01, 100}),
-                        .width = trial.width,
-                        .height = trial.height,
-                        .encoding = Encoding::view_z};
+    Camera camera{.projection = perspective(1.0, 1.0 * trial.width / trial.height, {0.01, 100}),
+                  .width = trial.width,
+                  .height = trial.height,
+                  .encoding = Encoding::view_z};
+    if (trial.through_lens) // of 96 degrees from side to side
+        camera.lens = LensModel{LensLaw::equidistant, 0.6 * trial.width, 0.6 * trial.width, 0.5 * trial.width, 0.5 * trial.height};
     const auto image = [&](const std::vector<float>& values, int channels) {
         return Image::from_host(device, Element::f32, values.data(), {trial.width, trial.height, channels});
     };
     DofOptions options = trial.options;
     if (!trial.plate.empty())
         options.clean_plate = CleanPlate{image(trial.plate, trial.channels), {image(trial.plate_depth, 1), camera}};
-    const StoredDepth stored{image(trial.depth, 1), camera};
+    cv::Mat depth = cv::Mat(trial.height, trial.width, CV_32F, const_cast<float*>(trial.depth.data())).clone(), halves;
+    StoredDepth stored{image(trial.depth, 1), camera};
+    if (trial.in_halves) {
+        depth.convertTo(halves, CV_16F);
+        halves.convertTo(depth, CV_32F);
+        stored.image = Image::from_host(device, Element::f16, halves.data, {trial.width, trial.height});
+        stored.storage = Storage::float16;
+    }
     const auto blurred = floats(dof(stored, image(trial.color, trial.channels), lens, options));
     double widest = 0;
-    for (const float z : trial.depth)
+    for (const float z : cv::Mat_<float>(depth))
         if (z == z)
             widest = std::max(widest, std::abs(k - g / static_cast<double>(z)));
     for (const float z : trial.plate_depth)
