@@ -7,7 +7,7 @@
 
 #include <fathom/fathom.hpp>
 
-#include <opencv2/core.hpp>
+#include <bit>
 
 #include <random>
 
@@ -261,6 +261,21 @@ bool is_within_alpha(const std::vector<float>& colors) {
     return true;
 }
 
+/// Depth without the digits that a half has no room for, and its bits in one.
+float cut_to_half(float z) {
+    return std::bit_cast<float>(std::bit_cast<std::uint32_t>(z) & ~0x1fffu);
+}
+std::uint16_t half_of(float z) {
+    constexpr std::uint32_t smaller_exponent = 127 - 15;
+    const std::uint32_t bits = std::bit_cast<std::uint32_t>(z), sign = bits >> 16 & 0x8000u;
+    return static_cast<std::uint16_t>(std::isnan(z)   ? 0x7e00u
+                                      : std::isinf(z) ? sign | 0x7c00u
+                                                      : sign | ((bits >> 13 & 0x3ffffu) - (smaller_exponent << 10)));
+}
+bool fits_half(float z) {
+    return !std::isfinite(z) || (std::abs(z) < 65504 && std::abs(z) > 1e-4f);
+}
+
 Seen judge(const Trial& trial, const Device& device) {
     Camera camera{.projection = perspective(1.0, 1.0 * trial.width / trial.height, {0.01, 100}),
                   .width = trial.width,
@@ -277,17 +292,18 @@ Seen judge(const Trial& trial, const Device& device) {
     DofOptions options = trial.options;
     if (!trial.plate.empty())
         options.clean_plate = CleanPlate{image(trial.plate, trial.channels), {image(trial.plate_depth, 1), camera}};
-    cv::Mat depth = cv::Mat(trial.height, trial.width, CV_32F, const_cast<float*>(trial.depth.data())).clone(), halves;
-    StoredDepth stored{image(trial.depth, 1), camera};
-    if (trial.in_halves) {
-        depth.convertTo(halves, CV_16F);
-        halves.convertTo(depth, CV_32F);
-        stored.image = Image::from_host(device, Element::f16, halves.data, {trial.width, trial.height});
+    std::vector<float> depth = trial.depth;
+    std::vector<std::uint16_t> halves; // the image reads this memory
+    StoredDepth stored{image(depth, 1), camera};
+    if (trial.in_halves && std::ranges::all_of(depth, fits_half)) {
+        std::ranges::transform(trial.depth, std::back_inserter(halves), half_of);
+        std::ranges::transform(trial.depth, depth.begin(), cut_to_half);
+        stored.image = Image::from_host(device, Element::f16, halves.data(), {trial.width, trial.height});
         stored.storage = Storage::float16;
     }
     const auto blurred = floats(dof(stored, image(trial.color, trial.channels), lens, options));
     double widest = 0;
-    for (const float z : cv::Mat_<float>(depth))
+    for (const float z : depth)
         if (z == z)
             widest = std::max(widest, std::abs(k - g / static_cast<double>(z)));
     for (const float z : trial.plate_depth)
