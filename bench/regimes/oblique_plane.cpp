@@ -47,7 +47,7 @@ Regime oblique_angle(const Device& device) {
         {quantity::normal, "D16", 1, 3.1, 1.8, normals_of_it},
         {quantity::normal, "D24", 1, 0.031, 0.011, normals_of_it},
         {quantity::visibility, "D16", 0.02, 31, 18, "measured"},
-        {quantity::visibility, "D24", 0.02, 0.17, 0.11, "measured"},
+        {quantity::visibility, "D24", 0.02, 0.099, 0.032, "measured"},
         {quantity::circle, "D16", 0.1, 0.31, 0.18, storing},
         {quantity::circle, "D24", 0.1, 9.9e-4, 3.2e-4, storing},
     };
@@ -68,7 +68,7 @@ Regime oblique_distance(const Device& device) {
         {quantity::normal, "D16", 1, 0.31, 0.11, normals_of_it},
         {quantity::normal, "D24", 1, 3.1e-3, 1.1e-3, normals_of_it},
         {quantity::visibility, "D16", 0.02, 0.99, 0.32, "measured"},
-        {quantity::visibility, "D24", 0.02, 0.031, 0.011, "measured"},
+        {quantity::visibility, "D24", 0.02, 9.9e-3, 3.2e-3, "measured"},
         {quantity::circle, "D16", 0.1, 0.031, 0.011, storing},
         {quantity::circle, "D24", 0.1, 9.9e-5, 3.2e-5, storing},
     };

@@ -195,8 +195,8 @@ Regime radius_over_distance(const Device& device) {
                                            return true;
                                        }).visibility});
     regime.boundaries = {
-        {of_visibility, "fast", 0.032, 0.1, 0.05, "measured", 2},
-        {of_visibility, "balanced", 0.032, 0.1, 0.05, "measured", 2},
+        {of_visibility, "fast", 0.032, 0.2, 0.1, "measured", 2},
+        {of_visibility, "balanced", 0.032, 0.2, 0.1, "measured", 2},
         {of_visibility, "accurate", 0.032, 2, 3, "measured"},
     };
     return regime;

@@ -51,19 +51,21 @@ std::size_t bytes_between(const Tile& tile, const SsaoOptions& options, int rows
         3 * plane_bytes(tile, options, rows) + static_cast<std::size_t>(depths) * floats(width, at_once);
     if (has_silhouettes(options))
         bytes += floats(width, rows);
+    std::size_t of_pass = 0; // one after the other
     for (const int every : passes) {
         PixelLattice lattice = pixel_lattice(tile, every);
         lattice.height = (rows + every - 1) / every;
         const params::split_params split = split_parameters(lattice);
         const std::size_t row_bytes = sizeof(float) * split.stride * static_cast<std::size_t>(sums_of(options));
         const std::size_t all = split.rows + std::size_t{3};
-        bytes += std::min(rows_of_sums(all, row_bytes, pass), all) * row_bytes;
-        const Counts counts = counts_of_pass(tile, options, every);
-        bytes += slice_table_bytes(counts, longest_side_of(tile, every));
+        std::size_t here = std::min(rows_of_sums(all, row_bytes, pass), all) * row_bytes;
+        if (every == 2)
+            for (const int channels : {1, options.confidence ? 1 : 0, options.bent_normal ? 3 : 0})
+                here += channels > 0 ? floats(channels * (width / 2.0), rows / 2.0) : 0;
+        of_pass = std::max(of_pass, here);
+        bytes += slice_table_bytes(counts_of_pass(tile, options, every), longest_side_of(tile, every));
     }
-    if (half)
-        for (const int channels : {1, options.confidence ? 1 : 0, options.bent_normal ? 3 : 0})
-            bytes += channels > 0 ? floats(channels * (width / 2.0), rows / 2.0) : 0;
+    bytes += of_pass;
     constexpr std::size_t small = std::size_t{1} << 18; // images of blocks, and of rows
     return bytes + small;
 }
