@@ -7,7 +7,6 @@
 
 #include <algorithm>
 #include <limits>
-#include <utility>
 
 namespace fathom {
 namespace {
@@ -89,7 +88,7 @@ bool keeps_rough_blocks(const SsaoOptions& options) {
 }
 
 // Which blocks of the camera's image are computed at all pixels, see kernels/ssao/blocks.h.
-std::pair<Image, params::block_params> chosen_blocks(Call& call, const Image& depth, const HalfResolution& half) {
+WholeBlocks chosen_blocks(Call& call, const Image& depth, const HalfResolution& half) {
     const PixelLattice all = pixel_lattice(call.stored);
     const int x = call.stored.x >> params::ssao_block_shift, y = call.stored.y >> params::ssao_block_shift;
     const params::occlusion_params occlusion = call.parameters(all);
@@ -158,15 +157,15 @@ void occlude(Workspace& workspace, const StoredDepth& stored, double radius, con
     SsaoOptions few_options = half_options(options);
     Call few(stored, radius, few_options, workspace);
     const Image depth = shared_depth(few);
-    const auto [blocks, chosen] = chosen_blocks(few, depth, half_of(sampling_of(options).quality));
-    measure_silhouettes(few, depth, {blocks, chosen});
+    const WholeBlocks blocks = chosen_blocks(few, depth, half_of(sampling_of(options).quality));
+    measure_silhouettes(few, depth, blocks);
     few_options.thickness = known.thickness;
     {
         Call all(stored, radius, known, workspace);
-        all.work_for(blocks, chosen, 1, 0);
+        all.work_for(blocks.words, blocks.chosen, 1, 0);
         whole_resolution(all, depth, results);
     }
-    few.work_for(blocks, chosen, 0, half_margin);
+    few.work_for(blocks.words, blocks.chosen, 0, half_margin);
     half_resolution(few, depth, results);
 }
 
