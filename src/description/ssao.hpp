@@ -37,10 +37,12 @@ void describe(const Visitor& v, Options& o) {
       "rms error of visibility, instead of a quality: takes the fastest method whose measured error is at most this in "
       "every scene of docs/performance.md");
     v("thickness", in<double>(o.thickness), from(0).or_infinite(),
-      "how thick surfaces are along their rays, scene units. Infinity suits terrain and reliefs",
+      "how thick surfaces are along their rays, scene units. Infinity suits reliefs and what is seen from straight "
+      "above",
       "from the silhouette");
     v("thickness", in<Image>(o.thickness), Kind::lengths, "a thickness for each pixel, scene units");
-    v("thickness", in<Silhouette>(o.thickness), {"silhouette"}, "each object is as thick as it is wide in the image");
+    v("thickness", in<Silhouette>(o.thickness), {"silhouette"},
+      "each object is as thick as it is wide in the image: the default");
     v("thickness", in<StoredDepth>(o.thickness), Kind::depth,
       "a second layer of depth: where each pixel's solid ends. Where it is NaN or in front of the depth, a quarter of "
       "the radius counts");
