@@ -283,3 +283,38 @@ TEST_CASE("ssao program: refuses companions and regions that do not fit the imag
     refused({"--normals", room.folder / "none.exr"}, {room.folder / "none.exr"});
     CHECK(room.folder.results().empty());
 }
+
+TEST_CASE("ssao program: Blender's normals beside the depth count, if the camera file knows the world") {
+    const Room room;
+    const std::string world = room.folder / "world.exr", blender = room.folder / "blender.exr";
+    check_done({"normals", room.input, "--camera", room.camera, "-o", world, "--space", "world"});
+    const cv::Mat normals = read_normals(world);
+    std::vector<cv::Mat> channels;
+    cv::split(normals, channels);
+    channels.push_back(read_depth(room.input).values);
+    cv::Mat all;
+    cv::merge(channels, all);
+    const std::vector<std::string> names{"View.Normal.X", "View.Normal.Y", "View.Normal.Z", "View.Depth.Z"};
+    write_image(blender, all, {.channels = names});
+    const auto visibility = [&](const std::string& camera, const Arguments& more = {}) {
+        const std::string output = room.folder / "out/ao.exr";
+        const Outcome outcome =
+            run(joined({"ssao", blender, "--camera", camera, "-o", output, "--radius", "0.8"}, more));
+        CHECK(outcome.code == 0);
+        const bool said =
+            outcome.err.find("blender.exr: its normals count, the layer View.Normal") != std::string::npos;
+        return std::pair(channel(output, "AO"), said);
+    };
+    const auto [with_pass, said] = visibility(room.camera);
+    CHECK(said);
+    const auto [without, said_without] = visibility(room.camera, {"--normals", "none"});
+    CHECK_FALSE(said_without);
+    const auto [given, said_given] = visibility(room.camera, {"--normals", blender, "--normals-space", "world"});
+    CHECK_FALSE(said_given);
+    CHECK(same(with_pass, given));
+    CHECK_FALSE(same(with_pass, without));
+    const Room nowhere("");
+    const auto [of_view, said_of_view] = visibility(nowhere.camera);
+    CHECK_FALSE(said_of_view);
+    CHECK(same(of_view, without));
+}

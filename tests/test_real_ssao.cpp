@@ -131,9 +131,31 @@ std::vector<bool> strands_of(const cv::Mat& depth) {
 }
 
 constexpr float far_away = 1e4F; // what Blender writes where nothing is lies beyond
-constexpr double strand_mean = 0.04, strand_black = 0.04, hair_error = 0.080;
+
+// Of the strands' mean, of those below 0.2, of all pixels' rms for balanced and accurate: without Blender's normals, and with
+// them. 0.060 is wanted with them: 32 slices of 128 samples leave 0.0593. The rms with them is measured, with a margin of 1 %.
+struct HairBars {
+    double mean, black, rms[2];
+};
+constexpr HairBars hair_bars[] = {{0.04, 0.04, {0.080, 0.080}}, {0.05, 0.01, {0.0683, 0.0623}}};
+constexpr double pass_loss = 0.0005; // what a frame may lose by the normals
 
 } // namespace
+
+TEST_CASE("real: no frame is worse for the path tracer's normals", "[ssao][real]") {
+    if (!there("blender"))
+        return;
+    for (const char* const frame : {"perspective", "orthographic", "antialiased", "antialiased-near", "hair"})
+        for (const Quality quality : {Quality::fast, Quality::balanced, Quality::accurate}) {
+            const fs::path folder = data / "blender" / frame;
+            const double without = rms_error(folder, quality, std::nullopt),
+                         with = rms_error(folder, quality, std::nullopt, true);
+            std::cout << "ambient occlusion, Blender " << frame << ", quality " << static_cast<int>(quality)
+                      << ", RMSE: " << without << ", with normals " << with << '\n';
+            INFO(frame << ", quality " << static_cast<int>(quality));
+            CHECK(with <= without + pass_loss);
+        }
+}
 
 TEST_CASE("real: strands of hair are as bright as the path tracer's", "[ssao][real]") {
     if (!there("blender/hair"))
@@ -142,8 +164,11 @@ TEST_CASE("real: strands of hair are as bright as the path tracer's", "[ssao][re
     const cv::Mat depth = read_depth(folder / "sharp.exr").values;
     const std::vector<bool> strands = strands_of(depth);
     const std::vector<float> truth = truth_of(folder);
-    for (const Quality quality : {Quality::balanced, Quality::accurate}) {
-        const std::vector<float> got = visibility_of(folder, quality, std::nullopt);
+    for (const int run : {0, 1, 2, 3}) {
+        const Quality quality = run % 2 == 0 ? Quality::balanced : Quality::accurate;
+        const bool with_pass = run >= 2;
+        const HairBars& bars = hair_bars[with_pass];
+        const std::vector<float> got = visibility_of(folder, quality, std::nullopt, with_pass);
         double squares = 0, off = 0;
         int all = 0, of_strands = 0, black = 0;
         for (std::size_t i = 0; i < got.size(); ++i) {
@@ -159,11 +184,12 @@ TEST_CASE("real: strands of hair are as bright as the path tracer's", "[ssao][re
             }
         }
         const double rms = std::sqrt(squares / all), mean = off / of_strands, part = 1.0 * black / of_strands;
-        std::cout << "hair, quality " << static_cast<int>(quality) << ": rms " << rms << ", strands brighter by "
-                  << mean << " in the mean, " << 100 * part << " % of them below 0.2\n";
+        std::cout << "hair, quality " << static_cast<int>(quality) << (with_pass ? ", with normals" : "") << ": rms "
+                  << rms << ", strands brighter by " << mean << " in the mean, " << 100 * part
+                  << " % of them below 0.2\n";
         CHECK(of_strands > 5000);
-        CHECK(rms <= hair_error);
-        CHECK(std::abs(mean) <= strand_mean);
-        CHECK(part <= strand_black);
+        CHECK(rms <= bars.rms[run % 2]);
+        CHECK(std::abs(mean) <= bars.mean);
+        CHECK(part <= bars.black);
     }
 }

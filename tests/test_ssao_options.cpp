@@ -465,7 +465,7 @@ TEST_CASE("ssao: a clamped border is the image with its border repeated", "[ssao
                 const bool inside = from_x == x - margin && from_y == y - margin;
                 const std::size_t i = index(from_x, from_y, across);
                 padded.push_back(room.image.stored[i]);
-                padded_normals.push_back(inside ? room.image.normal[i] : Vector3d(Vector3d::Zero()));
+                padded_normals.push_back(inside ? room.image.normal[i] : Vector3d(0, 0, 1)); // across the view
             }
         const Normals normals(room.image.normal, room.camera), all_normals(padded_normals, wide);
         const StoredDepth all{Image::from_host(device(), Element::f32, padded.data(), {all_across, all_down}), wide};
@@ -534,6 +534,29 @@ TEST_CASE("ssao: normals of the world are those of the view, turned", "[ssao]") 
         CHECK(difference(room.visibility(options), expected).rmse > 0.01);
         options.normals_space = Space::world;
         check_rounding(difference(room.visibility(options), expected), std::string("normals of the world, ") + name);
+    }
+}
+
+TEST_CASE("ssao: what is no normal leaves the slope of the depth", "[ssao]") {
+    // All pixels, and normals that are not those of the depth. A slope of depth may be off by its storage, a given one may not.
+    const Eigen::Matrix3d aside = Eigen::AngleAxisd(0.2, Vector3d(1, 2, -0.5).normalized()).matrix();
+    for (auto [name, camera] : cameras()) {
+        const Seen room(scene::room(), camera);
+        SsaoCall options = options_of(0.5);
+        sampling_of(options).half_resolution = false;
+        const auto of_depth = room.visibility(options);
+        const auto times = [&](double length) {
+            const Normals given(room.image.normal, camera, 3,
+                                length * (length < 0 ? Eigen::Matrix3d(Eigen::Matrix3d::Identity()) : aside));
+            options.normals = given.image;
+            return room.visibility(options);
+        };
+        const auto of_normals = times(1);
+        CHECK(difference(of_normals, of_depth).rmse > 0.01);
+        for (const double none : {0.0, 0.49, 1.03, -1.0, static_cast<double>(NAN)})
+            check_rounding(difference(times(none), of_depth), std::string("no normals, ") + name);
+        for (const double rounded : {0.99, 1.01})
+            check_rounding(difference(times(rounded), of_normals), std::string("normals as files round them, ") + name);
     }
 }
 

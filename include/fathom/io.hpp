@@ -74,12 +74,14 @@ RelativeFile read_relative(const std::filesystem::path& file, const ReadRelative
 /// Throws: Error for other types.
 cv::Mat upsample_along_edges(const cv::Mat& depth, const cv::Mat& color);
 
-/// Reads normals: CV_32FC3, x, y, z of length 1, (0, 0, 0) where there is none. What axes they are in the file does not say.
+/// Reads normals: CV_32FC3, x, y, z as the file holds them, (0, 0, 0) where there is none. What axes they are in the file does
+/// not say.
 ///
 /// OpenEXR: a layer with channels X, Y, Z (or R, G, B), the one called `layer`, for instance "ViewLayer.Normal"; without a
 /// name the first of N, Normal, Normals, alone or at the end of a name, or the only three channels there are. TIFF and PFM:
 /// three channels of float. PNG: three channels of 8 or 16 bits that hold ½n + ½, black where there is none. An alpha is
-/// left out. Lengths that a file rounded or a renderer averaged are made 1; NaN and lengths below 0.001 are no normal.
+/// left out. Lengths stay: one unlike 1 is a renderer's mean over an edge, which `ssao` counts as none. NaN and lengths below
+/// 0.001 are no normal.
 /// With `windows`, those of a depth image, the result has that image's pixels, without a normal where the file has none.
 /// Throws: Error as `read_depth`, for a file without such a layer, with other channels, or of another display window, and for
 /// vectors of which more than a quarter have lengths that differ from 1 by 0.2: pictures and positions.

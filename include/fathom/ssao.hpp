@@ -59,7 +59,10 @@ struct SsaoOptions {
 
     double tolerance = 1; ///< how far depth may be off, in half steps of its storage: more for a noisy sensor. Surfaces
                           ///< stay open, and normals are fitted likewise if none are given
-    Image normals = {};   ///< 3 or 4 floats a pixel, (0, 0, 0) where there is none; default: from depth
+    /// 3 or 4 floats a pixel, of length 1. Where that is off by 0.02, as in a renderer's mean over an edge, or where a vector
+    /// is (0, 0, 0) or faces away, the normal comes from depth, as everywhere by default. Strands have none there: a mean of a
+    /// length from 0.5 counts on them.
+    Image normals = {};
     Space normals_space = Space::view; ///< axes of these normals
 
     // Which results of `Occlusion` are wanted, besides visibility?

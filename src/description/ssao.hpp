@@ -54,7 +54,11 @@ void describe(const Visitor& v, Options& o) {
       "how far depth may be off, in half steps of its storage. Raise it for a noisy sensor");
     v("seed", o.seed, whole(0, 4294967295.0),
       "another number gives another pattern of jitter, as frames need that are averaged");
-    v("normals", o.normals, Kind::directions, "normals of unit length, which nobody checks", "from the depth");
+    v("normals", o.normals, Kind::directions,
+      "normals of length 1. Where one faces away, or has another length by 0.02, as a renderer's mean over an edge, "
+      "the "
+      "depth's own counts, and such a mean only on strands, where depth has none",
+      "from the depth");
     v("normals_space", o.normals_space, {"view", "world"},
       "axes of the normals that are given: the camera's or the world's, which need the camera's view matrix");
     v("region", o.region, Kind::region,

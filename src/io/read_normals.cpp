@@ -85,17 +85,15 @@ cv::Mat from_picture(const std::filesystem::path& file, const cv::Mat& image) {
     return normals;
 }
 
-// Files round, and renderers average over a pixel, so lengths are made 1. A vector without a length is no normal.
-void make_unit(cv::Mat& normals) {
-    for (int y = 0; y < normals.rows; ++y) {
+// A vector without a length is no normal. Others keep theirs, which says whether a renderer took a mean over an edge.
+void clear_none(cv::Mat& normals) {
+    for (int y = 0; y < normals.rows; ++y)
         for (int x = 0; x < normals.cols; ++x) {
             auto& n = normals.at<cv::Vec3f>(y, x);
             const double length = std::hypot(n[0], n[1], n[2]);
-            const bool good = length > least_length && std::isfinite(length);
-            for (int i = 0; i < 3; ++i)
-                n[i] = good ? static_cast<float>(n[i] / length) : 0.0f;
+            if (!(length > least_length && std::isfinite(length)))
+                n = cv::Vec3f(0, 0, 0);
         }
-    }
 }
 
 // Pictures and positions have three channels, too. Their lengths are anything.
@@ -133,7 +131,7 @@ cv::Mat read_normals(const std::filesystem::path& file, const std::string& layer
     return io::within_memory(file, [&] {
         cv::Mat normals = read(file, layer, windows);
         check_lengths(file, normals);
-        make_unit(normals);
+        clear_none(normals);
         return normals;
     });
 }

@@ -46,7 +46,8 @@ struct More {
     /// How far the operation looks around a tile of an image that shows this. With it images may be done strip by strip: the
     /// operation gets some rows of them, and makes those of its results. None: it needs all of them.
     std::function<Reach(const Tile&, const Look&, const Job&)> reach = {};
-    std::string whole = {};   ///< the option because of which there is none
+    std::string whole = {};                                ///< the option because of which there is none
+    std::function<std::string(const Job&)> whole_for = {}; ///< what else of an input needs all of them; empty: nothing
     bool looks_first = false; ///< does that depend on what the image shows? Then its depth is read twice.
     /// What is probably wrong with the command's own options, a sentence each with the cure. Called beside `read`.
     std::function<std::vector<std::string>(const Job&)> doubts = {};

@@ -29,11 +29,14 @@ bool Steps::goes_by_strips(const Job& job, const io::DepthRows& rows) const {
     const std::size_t bytes = row_bytes(width, false) * static_cast<std::size_t>(height);
     const bool too_large = options_.memory > 0 && bytes > options_.memory;
     const std::string whole = options_.append ? "--append" : records_ ? "--resume" : more_.whole;
+    const std::string beside = whole.empty() && more_.whole_for ? more_.whole_for(job) : "";
     if (!whole.empty())
         check_fits(job, whole, "leave it out", bytes);
+    else if (!beside.empty())
+        check_fits(job, beside, "say --normals none", bytes);
     else if (!takes_rows)
         check_fits(job, "the file " + held->native(), overscan ? "write .exr" : "write .exr or .tif", bytes);
-    return more_.reach && takes_rows && whole.empty() && (too_many || too_large);
+    return more_.reach && takes_rows && whole.empty() && beside.empty() && (too_many || too_large);
 }
 
 // Refuses an image that an option needs whole, and for which --memory leaves no room. Small ones are taken whatever it says.

@@ -24,7 +24,7 @@ namespace fathom::cli {
 namespace {
 
 struct SsaoArguments : DepthOptions, description::SsaoCall {
-    bool explain = false;
+    bool explain = false, has_world = false; // is the world known from the first camera's view?
     std::optional<std::string> normals, thickness_map, back_depth;
     std::optional<Packing> packing;          // of the depths, as the camera file says
     std::map<std::string, std::string> more; // files of other results, by their names
@@ -77,8 +77,36 @@ std::optional<Region> region_in(const Windows& windows, const std::optional<Regi
     return Region{wanted.x - data.x, wanted.y - data.y, wanted.width, wanted.height};
 }
 
-cv::Mat read_directions(const std::filesystem::path& file, const Job& job) {
-    return read_normals(file, {}, job.windows);
+constexpr const char* no_normals = "none";
+
+// The layer of Blender's normals beside the depth that is read, which are the world's. Empty without one, and where several view
+// layers have one.
+std::string normal_pass(const SsaoArguments& options, const Job& job) {
+    const bool has_world = job.own_camera ? job.own_camera->camera.view.has_value() : options.has_world;
+    std::string found;
+    if (options.normals || !has_world)
+        return found;
+    const std::vector<Channel> channels = list_channels(job.input);
+    const auto has = [&](const std::string& name) {
+        return std::ranges::find(channels, name, &Channel::name) != channels.end();
+    };
+    for (const Channel& channel : channels) {
+        constexpr std::string_view pass = ".Normal.X";
+        if (!channel.name.ends_with(pass))
+            continue;
+        const std::string layer = channel.name.substr(0, channel.name.size() - pass.size());
+        const bool is_read = options.channel.empty() || options.channel.starts_with(layer + ".Depth");
+        if (!is_read || !(has(layer + ".Depth.Z") || has(layer + ".Depth.V")))
+            continue;
+        if (!found.empty())
+            return {};
+        found = layer + ".Normal";
+    }
+    return found;
+}
+
+bool gives_normals(const SsaoArguments& options) {
+    return options.normals && options.normals != no_normals;
 }
 
 cv::Mat read_thickness(const std::filesystem::path& file, const Job& job) {
@@ -113,15 +141,18 @@ DepthFile read_backs(const std::filesystem::path& file, const SsaoArguments& opt
 
 Images read_images(const SsaoArguments& options, const Job& job) {
     Images images;
-    if (options.normals) {
+    if (gives_normals(options)) {
         const std::filesystem::path& file = job.companions.front();
-        images.normals = read_directions(file, job);
+        images.normals = read_normals(file, {}, job.windows);
         check_same_size(file, images.normals.size(), job);
+    } else if (const std::string pass = normal_pass(options, job); !pass.empty()) {
+        images.normals = read_normals(job.input, pass, job.windows);
     }
+    const std::size_t next = gives_normals(options) ? 1 : 0;
     if (options.thickness_map)
-        images.thickness = read_thickness(job.companions[options.normals ? 1 : 0], job);
+        images.thickness = read_thickness(job.companions[next], job);
     if (options.back_depth)
-        images.other_depth = read_backs(job.companions[options.normals ? 1 : 0], options, job);
+        images.other_depth = read_backs(job.companions[next], options, job);
     return images;
 }
 
@@ -133,8 +164,15 @@ std::vector<Result> occlude(const SsaoArguments& options, const StoredDepth& sto
     call.radius = radius_of(options, frame);
     call.options.region = region;
     const Images& images = frame.images.get();
-    if (options.normals)
+    if (!images.normals.empty())
         call.options.normals = to_device(stored.image.device(), images.normals);
+    if (!images.normals.empty() && !options.normals) {
+        call.options.normals_space = Space::world;
+        frame.said.push_back(
+            fmt::format("{}: its normals count, the layer {}; to have them from the depth instead, say "
+                        "--normals none",
+                        frame.input.native(), normal_pass(options, frame)));
+    }
     if (options.thickness_map)
         call.options.thickness = to_device(stored.image.device(), images.thickness);
     if (options.back_depth)
@@ -155,9 +193,11 @@ std::function<int()> configure_ssao(CLI::App& app) {
     add_occlusion_options(app, *options);
     app.add_option(
            "--normals", options->normals,
-           described_words(described_ssao().options, "--normals",
-                           ", as `fathom normals` writes them: EXR, PNG, TIFF or PFM (default: from the depth)"))
-        ->type_name("FILE")
+           described_words(
+               described_ssao().options, "--normals",
+               ", as `fathom normals` writes them: EXR, PNG, TIFF or PFM. `none` leaves out those beside the depth "
+               "(default: Blender's pass beside the depth, if the camera file has a view; else from the depth)"))
+        ->type_name("FILE|none")
         ->group("Input");
     app.add_option("--thickness-map", options->thickness_map,
                    described_words(described_ssao().options, "--thickness-map"))
@@ -180,8 +220,10 @@ std::function<int()> configure_ssao(CLI::App& app) {
                     options->radius = of_first;
             });
         }
+        options->camera.first_for(
+            [&](const ImportedCamera& camera) { options->has_world = camera.camera.view.has_value(); });
         More more;
-        if (options->normals)
+        if (gives_normals(*options))
             more.companions.push_back({"--normals", *options->normals});
         if (options->thickness_map)
             more.companions.push_back({"--thickness-map", *options->thickness_map});
@@ -195,6 +237,9 @@ std::function<int()> configure_ssao(CLI::App& app) {
                      : options->options.region ? "--region"
                                                : "";
         if (more.whole.empty()) {
+            more.whole_for = [options](const Job& job) {
+                return normal_pass(*options, job).empty() ? "" : "the layer of normals beside its depth";
+            };
             more.looks_first = true;
             more.reach = [options](const Tile& tile, const Look& look, const Job& job) {
                 return look.surfaces() == 0

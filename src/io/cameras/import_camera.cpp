@@ -61,7 +61,7 @@ Imported imported_by_format(const fs::path& file, const ImportOptions& options) 
     return exr ? import_exr(file) : import_calibration(file, options);
 }
 
-/// Rays as normals lie in files: three channels of unit vectors, 0 where there is none.
+/// Rays as normals lie in files: three channels, 0 where there is none. Files round, so that lengths are made 1.
 RayMap read_ray_map(const fs::path& file) {
     cv::Mat rays;
     try {
@@ -73,8 +73,11 @@ RayMap read_ray_map(const fs::path& file) {
                     "; a map of rays has three channels of floats, x right, y down and z ahead (EXR, TIFF or NPY)");
     }
     RayMap map{rays.cols, rays.rows};
-    for (int y = 0; y < rays.rows; ++y)
-        map.rays.insert(map.rays.end(), rays.ptr<float>(y), rays.ptr<float>(y) + 3 * rays.cols);
+    for (cv::Vec3f ray : cv::Mat_<cv::Vec3f>(rays)) {
+        const double length = std::hypot(ray[0], ray[1], ray[2]);
+        for (int i = 0; i < 3; ++i)
+            map.rays.push_back(length > 0 ? static_cast<float>(ray[i] / length) : 0.0f);
+    }
     return map;
 }
 
