@@ -6,11 +6,9 @@ const char* const sources = FATHOM_SOURCE_DIR;
 const char* const shared_data = FATHOM_SHARED_DATA;
 #ifdef FATHOM_PROGRAM
 const char* const program = FATHOM_PROGRAM;
-const char* const by_strips = FATHOM_BY_STRIPS;
 const char* const failing_malloc = FATHOM_FAILING_MALLOC;
 #else
 const char* const program = "";
-const char* const by_strips = "";
 const char* const failing_malloc = "";
 #endif
 const char* const layer = FATHOM_LAYER;

@@ -98,48 +98,6 @@ TEST_CASE("program: --memory keeps the bytes of a result, or says what is needed
     CHECK(content(folder / "out/blurred.npy") == content(folder / "out/blurred-in-bands.npy"));
 }
 
-TEST_CASE("program: an option that needs the whole image is refused where --memory has no room for it") {
-    const Folder folder;
-    const std::string depth = folder / "depth.exr", color = folder / "color.npy", camera = folder / "camera.json";
-    const int columns = 2500, rows = 1500; // 71.5 MiB with a result of one channel
-    write_image(depth, steps(columns, rows));
-    write_image(color, cv::Mat(rows, columns, CV_32FC3, cv::Scalar::all(0.5)));
-    write(camera, R"({"perspective": {"fov_y_deg": 60, "near": 0.1, "far": 100}, "encoding": "view-z"})");
-    const Arguments lens{"--f-stop", "1.4", "--focal-length-mm", "35"};
-    const auto refused = [&](const Arguments& command, const std::string& option, const char* cure) {
-        const Outcome outcome = run(joined(command, {"--camera", camera, "--memory", "16M"}));
-        check_refused(outcome, 1, option + " needs the whole image");
-        CHECK(contains(outcome.err, cure));
-        CHECK(contains(outcome.err, ", or say --memory "));
-    };
-    const std::string out = folder / "out/made.exr", tile = folder / "out/tile.exr";
-    refused(joined({"dof-masks", depth, "-o", out, "--focus-at", "9,9"}, lens), "--focus-at", "; leave it out");
-    refused(joined({"dof-masks", depth, "-o", out, "--focus", "3", "--tile-min-coc", tile}, lens), "--tile-min-coc",
-            "; leave it out");
-    refused({"ssao", depth, "-o", out, "--radius", "0.01", "--region", "0,0,9,9"}, "--region", "; leave it out");
-    refused(joined({"dof", depth, "-o", out, "--color", color, "--focus", "3", "--grow-foreground", "2"}, lens),
-            "--grow-foreground", "; leave it out");
-    refused({"fog", depth, "-o", out, "--color", color, "--density", "0.1"}, "--color " + color,
-            "; save it as .exr or .tif");
-    refused({"linearize", depth, "-o", out, "--resume"}, "--resume", "; leave it out");
-    const std::string held = folder / "out/held.npy";
-    refused({"linearize", depth, "-o", held}, "the file " + held, "; write .exr or .tif");
-    refused({"ssao", depth, "-o", out, "--radius", "0.01", "--bent-normal", held}, "the file " + held,
-            "; write .exr or .tif");
-    CHECK(folder.results().empty());
-    // With room for it, without --memory, and where the image is small whatever it says, nothing changes.
-    const auto done = [&](const std::string& file, const Arguments& more) {
-        check_done(
-            joined(joined({"ssao", file, "-o", out, "--radius", "0.3", "--region", "0,0,9,9", "--camera", camera},
-                          {"--quality", "fast"}),
-                   more));
-    };
-    done(depth, {"--memory", "1G"});
-    done(depth, {});
-    write_image(folder / "small.exr", steps(64, 32));
-    done(folder / "small.exr", {"--memory", "1K"});
-}
-
 TEST_CASE("program: ssao of 8192 x 8192 pixels keeps to 512 MiB, dof of 16384 x 8192 to 1 GiB, masks to 64 MiB",
           "[exhaustive]") {
     const FolderOnDisk folder;

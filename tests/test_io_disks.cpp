@@ -2,7 +2,6 @@
 #include "io_files.hpp"
 
 #include "camera_file/file.hpp"
-#include "io/rows.hpp"
 
 #include <cerrno>
 
@@ -33,11 +32,4 @@ TEST_CASE("disks: two names of one file are the same, and no name of none is", "
     CHECK(io::whole_path(link) == fs::canonical(file));
     CHECK(io::whole_path(folder / "none" / ".." / "a") == fs::canonical(file));
     CHECK(io::whole_path("").empty());
-}
-
-TEST_CASE("disks: a TIFF that cannot be begun is refused with the disk's reason", "[io]") {
-    struct FullDisk : io::ByteSink {
-        void write(std::span<const unsigned char>, std::uint64_t) override { throw Error("a.tif: the disk is full"); }
-    } disk;
-    CHECK_THROWS_WITH(io::tiff_encoder(disk, {4, 4}, CV_32FC1, {}), "a.tif: the disk is full");
 }

@@ -3,7 +3,6 @@
 #include "matrices.hpp"
 
 #include "io/formats.hpp"
-#include "io/rows.hpp"
 
 #include <fathom/io.hpp>
 
@@ -120,23 +119,12 @@ cv::Mat over(unsigned char pattern, const Read& read) {
     return image;
 }
 
-/// The image of a TIFF, which is the same over two patterns, whole and by rows.
+/// The image of a TIFF, which is the same over two patterns.
 cv::Mat over_patterns(const fs::path& file) {
     const auto all = [&] { return *io::read_tiff(file, get(file)); };
-    const auto by_rows = [&] {
-        const auto rows = io::tiff_rows(file);
-        if (!rows)
-            return all();
-        cv::Mat image;
-        for (int y = 0; y < rows->size().height; y += 3)
-            image.push_back(rows->read(std::min(3, rows->size().height - y)));
-        return image;
-    };
     const cv::Mat image = over(0x55, all);
     const auto alike = [&](const cv::Mat& other) { return image.empty() ? other.empty() : same(image, other); };
     CHECK(alike(over(0xaa, all)));
-    CHECK(alike(over(0x55, by_rows)));
-    CHECK(alike(over(0xaa, by_rows)));
     return image;
 }
 

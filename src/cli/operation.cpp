@@ -65,10 +65,6 @@ void add_options(CLI::App& app, const description::Operation& operation, Argumen
 
 More more_of(const description::Operation& operation, const std::shared_ptr<Arguments>& arguments) {
     More more;
-    if (operation.reach)
-        more.reach = [&operation, arguments](const Tile& tile, const Look&, const Job&) {
-            return operation.reach(arguments->call.get(), tile);
-        };
     more.outputs = outputs_of(operation, arguments->call.get(), arguments->files);
     if (!arguments->color)
         return more;

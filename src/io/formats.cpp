@@ -1,6 +1,5 @@
 // What the readers of depth, colours and normals share.
 #include "formats.hpp"
-#include "rows.hpp"
 
 #include <algorithm>
 #include <cctype>
@@ -10,13 +9,12 @@
 
 namespace fathom::io {
 
-void check_size(const std::filesystem::path& file, long long width, long long height, long long most) {
+void check_size(const std::filesystem::path& file, long long width, long long height) {
     constexpr long long longest = std::numeric_limits<int>::max();
-    if (width >= 1 && height >= 1 && std::max(width, height) <= longest && width <= most / height)
+    if (width >= 1 && height >= 1 && std::max(width, height) <= longest && width <= most_pixels / height)
         return;
-    const std::string side = most == most_pixels ? "32768" : "262144";
     refuse(file, "says it has " + std::to_string(width) + " x " + std::to_string(height) +
-                     " pixels; it is damaged, or larger than the " + side + " x " + side + " that can be read");
+                     " pixels; it is damaged, or larger than the 32768 x 32768 that can be read");
 }
 
 void check_holds(const std::filesystem::path& file, cv::Size size, std::uint64_t pixel_bytes, std::uint64_t stored,
@@ -116,21 +114,13 @@ std::optional<cv::Mat> read_plain_depth(const std::filesystem::path& file, const
 cv::Mat read_exr_floats(const std::filesystem::path& file, const std::vector<std::string>& channels, const char* what,
                         const std::optional<Windows>& windows) {
     const std::vector<DepthFile> held = read_exr(file, channels, {.windows = windows});
-    std::vector<cv::Mat> planes;
-    for (const DepthFile& plane : held)
-        planes.push_back(plane.values);
-    return merged_floats(file, held, planes, what);
-}
-
-cv::Mat merged_floats(const std::filesystem::path& file, const std::vector<DepthFile>& channels,
-                      const std::vector<cv::Mat>& planes, const char* what) {
-    std::vector<cv::Mat> floats(planes.size());
-    for (std::size_t i = 0; i < planes.size(); ++i) {
-        if (channels[i].storage != Storage::float32 && channels[i].storage != Storage::float16)
-            refuse(file, "channel \"" + channels[i].channel + "\" holds integers; " + what + " are floats");
-        floats[i] = planes[i];
-        if (planes[i].depth() != CV_32F) // a copy would take as much again
-            planes[i].convertTo(floats[i], CV_32F);
+    std::vector<cv::Mat> floats;
+    for (const DepthFile& plane : held) {
+        if (plane.storage != Storage::float32 && plane.storage != Storage::float16)
+            refuse(file, "channel \"" + plane.channel + "\" holds integers; " + what + " are floats");
+        floats.push_back(plane.values);
+        if (plane.values.depth() != CV_32F) // a copy would take as much again
+            plane.values.convertTo(floats.back(), CV_32F);
     }
     cv::Mat image;
     cv::merge(floats, image);

@@ -14,6 +14,7 @@
 #include <initializer_list>
 #include <new>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -26,11 +27,11 @@ inline constexpr const char* record_name = "fathom:record";
 /// Whether this machine keeps the lowest byte of a number first.
 inline constexpr bool is_little_endian = std::endian::native == std::endian::little;
 
-/// Images beyond this are taken for damage: 32768 × 32768 where they are read whole, 262144 × 262144 by rows.
-inline constexpr long long most_pixels = 1LL << 30, most_pixels_by_rows = 1LL << 36;
+/// Images beyond this are taken for damage: 32768 × 32768.
+inline constexpr long long most_pixels = 1LL << 30;
 
 /// Refuses a size that no depth image has, before memory is asked for.
-void check_size(const std::filesystem::path& file, long long width, long long height, long long most = most_pixels);
+void check_size(const std::filesystem::path& file, long long width, long long height);
 
 /// How many bytes at most come out of a byte of a file, by its compression.
 namespace expansion {
@@ -61,6 +62,9 @@ struct ExrPixels {
 /// Channels of one part, an image each. An empty name is the channel that is named like depth.
 std::vector<DepthFile> read_exr(const std::filesystem::path& file, const std::vector<std::string>& channels,
                                 const ExrPixels& pixels);
+
+/// The windows of the part that has a channel.
+Windows exr_windows(const std::filesystem::path& file, const std::string& channel);
 
 /// How many threads OpenEXR has beside those that read and write. Without any these do all of it themselves.
 void set_exr_pool(int threads);
@@ -171,6 +175,24 @@ auto within_memory(const std::filesystem::path& file, const Read& read) {
         refuse(file, too_large);
     }
 }
+
+/// Where an encoder writes to.
+struct MemorySink {
+    /// Has room for an image that is not compressed, with a header and what stands before each row: to grow would take as much
+    /// again.
+    explicit MemorySink(const cv::Mat& image) {
+        constexpr std::size_t header = 1 << 16, row = 64;
+        bytes.reserve(image.total() * image.elemSize() + header + row * static_cast<std::size_t>(image.rows));
+    }
+
+    void write(std::span<const unsigned char> more, std::uint64_t at) {
+        if (at + more.size() > bytes.size())
+            bytes.resize(at + more.size());
+        std::copy(more.begin(), more.end(), bytes.begin() + static_cast<std::ptrdiff_t>(at));
+    }
+
+    Bytes bytes;
+};
 
 /// The bytes of a file that holds `image`, a CV_32F matrix in the file's order: x, y, z or R, G, B, A.
 /// An EXR has the record in its header, if one is given.

@@ -1,7 +1,9 @@
 // Masks, alphas and confidences: which pixels of a depth image do not count.
 #include "ignored.hpp"
 
-#include <limits>
+#include "formats.hpp"
+
+#include <algorithm>
 
 namespace fathom {
 namespace {
@@ -57,68 +59,36 @@ cv::Mat judged(const cv::Mat& image, std::optional<double> below, bool is_alpha)
 
 } // namespace
 
-io::IgnoredRows::IgnoredRows(const std::filesystem::path& file, std::optional<double> below, const Windows& windows)
-    : file_(file), below_(below), windows_(windows) {
+cv::Mat io::ignored(const std::filesystem::path& file, std::optional<double> below, const Windows& windows) {
     check_readable(file);
-    cv::Size size;
-    const auto has_alpha = [&](int channels) {
-        if (below && channels == 3)
-            refuse(file, "has colours, but no alpha; --ignore-below needs an alpha, or a single channel");
-        return channels > 3;
+    const auto check_fits = [&](cv::Size size, cv::Size wanted) {
+        if (size != wanted)
+            refuse(file, "is " + described(size) + ", but the depth is " + described(wanted) +
+                             "; a mask has the size of the depth");
     };
-    if (begins_like_exr(file)) {
-        const std::vector<std::string> names = mask_channels(file, below.has_value());
-        is_alpha_ = place_of(names.front(), {"a", "alpha"}).has_value();
-        exr_ = exr_rows(file, names, {.overscan = true});
-        size = exr_->channels().front().windows.display;
-    } else if ((tiff_ = tiff_rows(file))) {
-        is_alpha_ = has_alpha(CV_MAT_CN(tiff_->type()));
-        size = tiff_->size();
-    } else {
+    if (!begins_like_exr(file)) {
         const auto image = within_memory(file, [&] { return read_plain(file); });
         if (!image)
             refuse(file, "is no image whose zeros are kept, or its beginning is damaged; "
                          "masks are read from .png, .tif, .exr, .npy, .pfm and .pgm");
-        is_alpha_ = has_alpha(image->channels());
-        size = image->size();
-        whole_ = judged(*image, below_, is_alpha_);
+        if (below && image->channels() == 3)
+            refuse(file, "has colours, but no alpha; --ignore-below needs an alpha, or a single channel");
+        check_fits(image->size(), windows.data.size());
+        return judged(*image, below, image->channels() > 3);
     }
-    const cv::Size wanted = exr_ ? windows.display : windows.data.size();
-    if (size != wanted)
-        refuse(file, "is " + described(size) + ", but the depth is " + described(wanted) +
-                         "; a mask has the size of the depth");
-}
-
-cv::Mat io::IgnoredRows::read(int rows) {
-    const int first = at_;
-    at_ += rows;
-    if (tiff_)
-        return judged(tiff_->read(rows), below_, is_alpha_);
-    if (!exr_)
-        return whole_.rowRange(first, at_);
-    const cv::Rect data = exr_->channels().front().windows.data;
-    cv::Mat all(rows, windows_.data.width, CV_8UC1, cv::Scalar(below_ && 0 < *below_ ? 255 : 0));
-    const cv::Rect wanted(windows_.data.x, windows_.data.y + first, windows_.data.width, rows);
-    const cv::Rect both = data & wanted;
-    if (both.empty())
-        return all;
-    for (constexpr int most = 256; data.y + exr_at_ < both.y;) { // rows that the depth has not
-        const int skipped = std::min(most, both.y - data.y - exr_at_);
-        exr_->read(skipped);
-        exr_at_ += skipped;
-    }
-    const std::vector<cv::Mat> planes = exr_->read(both.height);
-    exr_at_ += both.height;
-    cv::Mat merged;
+    const std::vector<std::string> names = mask_channels(file, below.has_value());
+    const std::vector<DepthFile> held = read_exr(file, names, {.overscan = true});
+    const cv::Rect data = held.front().windows.data, both = data & windows.data;
+    check_fits(held.front().windows.display, windows.display);
+    std::vector<cv::Mat> planes;
+    for (const DepthFile& plane : held)
+        planes.push_back(plane.values);
+    cv::Mat merged, all(windows.data.size(), CV_8UC1, cv::Scalar(below && 0 < *below ? 255 : 0)); // beyond its data
     cv::merge(planes, merged);
-    judged(merged, below_, is_alpha_)
-        .colRange(both.x - data.x, both.x - data.x + both.width)
-        .copyTo(all(both - wanted.tl()));
+    if (!both.empty())
+        judged(merged(both - data.tl()), below, place_of(names.front(), {"a", "alpha"}).has_value())
+            .copyTo(all(both - windows.data.tl()));
     return all;
-}
-
-cv::Mat io::ignored(const std::filesystem::path& file, std::optional<double> below, const Windows& windows) {
-    return IgnoredRows(file, below, windows).read(windows.data.height);
 }
 
 } // namespace fathom

@@ -1,7 +1,6 @@
 // Colours out of files: the picture of a renderer's layers, or an image.
 #include "color_encoding.hpp"
 #include "formats.hpp"
-#include "rows.hpp"
 
 #include "io/formats/metadata.hpp"
 
@@ -183,44 +182,6 @@ Picture io::light_of(PictureFile held, const ReadPictureOptions& options) {
     if (encoded || straight)
         premultiply(picture.color);
     return picture;
-}
-
-io::PictureRows::PictureRows(std::filesystem::path file, const ReadPictureOptions& options,
-                             std::unique_ptr<ExrRows> exr, std::unique_ptr<TiffRows> tiff)
-    : file_(std::move(file)), options_(options), exr_(std::move(exr)), tiff_(std::move(tiff)) {
-    if (tiff_)
-        tiff_->read_metadata(about_);
-    else
-        about_.primaries = exr_primaries(file_, exr_->channels().front().channel);
-    PictureFile first = about_;
-    first.image = cv::Mat::zeros(1, 1, tiff_ ? tiff_->type() : CV_32FC3);
-    if (first.image.type() == CV_8UC1)
-        first.image = cv::Mat::zeros(1, 1, CV_8UC3);
-    check_picture(file_, first.image);
-    format_ = light_of(std::move(first), options_).format;
-}
-
-Picture io::PictureRows::read(int rows) {
-    PictureFile part = about_;
-    part.image = exr_ ? merged_floats(file_, exr_->channels(), exr_->read(rows), "colours") : tiff_->read(rows);
-    if (part.image.type() == CV_8UC1)
-        cv::merge(std::vector<cv::Mat>(3, part.image), part.image);
-    return light_of(std::move(part), options_);
-}
-
-std::unique_ptr<io::PictureRows> io::picture_rows(const std::filesystem::path& file,
-                                                  const ReadPictureOptions& options) {
-    check_readable(file);
-    if (begins_like_exr(file))
-        return std::make_unique<PictureRows>(
-            file, options, exr_rows(file, exr_channels(file, options), {.windows = options.windows}), nullptr);
-    if (!options.layer.empty())
-        refuse_layer(file, options.layer);
-    auto rows = tiff_rows(file);
-    if (!rows)
-        return nullptr;
-    check_fills(file, rows->size(), options.windows);
-    return std::make_unique<PictureRows>(file, options, nullptr, std::move(rows));
 }
 
 } // namespace fathom

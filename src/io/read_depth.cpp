@@ -1,7 +1,6 @@
 // Which file holds depth, and as what. The content decides, not the file's extension.
 #include "formats.hpp"
 #include "formats/float_bytes.hpp"
-#include "rows.hpp"
 
 #include "doubts/look.hpp"
 #include "text.hpp"
@@ -47,7 +46,7 @@ bool are_bits_of_floats(const cv::Mat& codes) {
 }
 
 /// Codes of 24 bits only: a buffer with a stencil beside its depth must not be decoded as if it had none.
-void check_codes(const std::filesystem::path& file, const cv::Mat& codes, int first_row) {
+void check_codes(const std::filesystem::path& file, const cv::Mat& codes) {
     for (int y = 0; y < codes.rows; ++y)
         for (int x = 0; x < codes.cols; ++x)
             if (const auto code = static_cast<std::uint32_t>(codes.at<int>(y, x)); code > 0xffffff) {
@@ -55,7 +54,7 @@ void check_codes(const std::filesystem::path& file, const cv::Mat& codes, int fi
                     refuse(file, "is no depth: its 32-bit integers are the bits of floats; save floats (.exr, .npy or "
                                  ".tif)");
                 refuse(file,
-                       "pixel (" + std::to_string(x) + ", " + std::to_string(first_row + y) + ") holds " +
+                       "pixel (" + std::to_string(x) + ", " + std::to_string(y) + ") holds " +
                            std::to_string(code) +
                            ", more than 24 bits; if depth lies in the high bits say so: \"packing\": "
                            "\"uint24-high\"" +
@@ -165,9 +164,9 @@ std::string cure_for(const cv::Mat& image) {
                 order ? ")" : ", or \"rgb-high-first\" where red is the highest byte)");
 }
 
-/// An image, or its rows from one on, as depth, if its type and the packing that the camera file speaks of agree.
+/// An image as depth, if its type and the packing that the camera file speaks of agree.
 DepthFile interpreted(const std::filesystem::path& file, const cv::Mat& image, std::optional<Packing> packing,
-                      Colors& colors, int first_row = 0) {
+                      Colors& colors) {
     const auto refuse_packing = [&](const char* needs) {
         refuse(file, "is " + described(image) + ", but the packing \"" + to_string(*packing) + "\" needs " + needs +
                          "; the camera file or the preset is that of other depth");
@@ -199,11 +198,11 @@ DepthFile interpreted(const std::filesystem::path& file, const cv::Mat& image, s
     }
     if (!packing && image.channels() >= 3 && image.depth() != CV_8U) // some programs write R = G = B
         if (const auto grey = io::if_any([&] { return io::only_channel(file, image); }))
-            return interpreted(file, *grey, packing, colors, first_row);
+            return interpreted(file, *grey, packing, colors);
     if (image.depth() == CV_64F) {
         cv::Mat floats;
         image.convertTo(floats, CV_32F);
-        return interpreted(file, floats, packing, colors, first_row);
+        return interpreted(file, floats, packing, colors);
     }
     if (image.channels() == 1) {
         if (packing && image.type() != CV_32SC1)
@@ -217,7 +216,7 @@ DepthFile interpreted(const std::filesystem::path& file, const cv::Mat& image, s
         if (image.type() == CV_32SC1 && packing == Packing::uint24_high)
             return {image, Storage::uint24_high, {}};
         if (image.type() == CV_32SC1) {
-            check_codes(file, image, first_row);
+            check_codes(file, image);
             return {image, Storage::uint24, {}};
         }
     }
@@ -226,63 +225,19 @@ DepthFile interpreted(const std::filesystem::path& file, const cv::Mat& image, s
 
 } // namespace
 
-struct io::DepthRows::Seen : Colors {};
-
-io::DepthRows::DepthRows(std::filesystem::path file, const ReadOptions& options, std::unique_ptr<ExrRows> exr,
-                         std::unique_ptr<TiffRows> tiff)
-    : file_(std::move(file)), options_(options), exr_(std::move(exr)), tiff_(std::move(tiff)),
-      seen_(std::make_unique<Seen>()) {
-    if (exr_)
-        about_ = exr_->channels().front();
-    else
-        about_.windows = {{{0, 0}, tiff_->size()}, tiff_->size()};
-    const int type = tiff_                                ? tiff_->type()
-                     : about_.storage == Storage::float32 ? CV_32FC1
-                     : about_.storage == Storage::float16 ? CV_16FC1
-                                                          : CV_32SC1;
-    Colors none;
-    about_.storage = interpreted(file_, cv::Mat::zeros(1, 1, type), options_.packing, none).storage;
-}
-
-io::DepthRows::~DepthRows() = default;
-
-DepthFile io::DepthRows::read(int rows) {
-    DepthFile depth = about_;
-    depth.values =
-        interpreted(file_, exr_ ? exr_->read(rows).front() : tiff_->read(rows), options_.packing, *seen_, at_).values;
-    at_ += rows;
-    if (at_ == size().height)
-        seen_->check(file_, options_);
-    return depth;
-}
-
-std::unique_ptr<io::DepthRows> io::depth_rows(const std::filesystem::path& file, const ReadOptions& options,
-                                              long long most) {
-    check_readable(file);
-    if (begins_like_exr(file))
-        return std::make_unique<DepthRows>(
-            file, options, exr_rows(file, {options.channel}, {.overscan = options.overscan}, most), nullptr);
-    if (!options.channel.empty()) // an array's: read_plain_depth refuses that of other files
-        return nullptr;
-    auto rows = tiff_rows(file, most);
-    const bool colors = rows && options.packing == Packing::uint8 && rows->type() != CV_8UC1; // where they must be grey
-    return rows && !colors ? std::make_unique<DepthRows>(file, options, nullptr, std::move(rows)) : nullptr;
-}
-
-DepthFile io::whole(const std::filesystem::path& file, DepthRows& rows) {
-    check_size(file, rows.size().width, rows.size().height);
-    return within_memory(file, [&] { return rows.read(rows.size().height); });
-}
-
 DepthFile read_depth(const std::filesystem::path& file, const ReadOptions& options) {
-    if (const auto rows = io::depth_rows(file, options, io::most_pixels))
-        return io::whole(file, *rows);
+    io::check_readable(file);
     return io::within_memory(file, [&] {
+        Colors colors;
+        if (io::begins_like_exr(file)) {
+            DepthFile depth = io::read_exr(file, {options.channel}, {.overscan = options.overscan}).front();
+            depth.values = interpreted(file, depth.values, options.packing, colors).values;
+            return depth;
+        }
         const auto image = io::read_plain_depth(file, io::read_image_file(file), options);
         if (!image)
             refuse(file, "is no image that holds depth, or its beginning is damaged; depth is read from .exr, .tif, "
                          ".pfm, .npy, .npz, COLMAP's .bin, 16-bit .png and 16-bit .pgm");
-        Colors colors;
         DepthFile depth = interpreted(file, *image, options.packing, colors);
         colors.check(file, options);
         depth.windows = {{{0, 0}, image->size()}, image->size()};

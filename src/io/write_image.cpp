@@ -2,7 +2,6 @@
 #include "formats.hpp"
 #include "recorded.hpp"
 #include "replace_files.hpp"
-#include "rows.hpp"
 
 #include <fathom/error.hpp>
 
@@ -135,64 +134,6 @@ io::Bytes bytes_of(const ImageFile& image, const std::string& record = {}) {
 }
 
 } // namespace
-
-struct io::ResultRows::Target : ByteSink {
-    explicit Target(const ImageFile& given) : like(given), successor(given.file) {}
-
-    void write(std::span<const unsigned char> bytes, std::uint64_t at) override { successor.write(bytes, at); }
-
-    cv::Mat in_file_order(const cv::Mat& rows) const {
-        if (like.kind != ImageKind::color)
-            return rows;
-        return swap_red_and_blue(format.bits < 32 ? *picture_codes(like.file, rows, format) : rows);
-    }
-
-    ImageFile like;
-    PictureFormat format = {};
-    Successor successor;
-    std::unique_ptr<RowEncoder> encoder;
-};
-
-io::ResultRows::ResultRows(const ImageFile& given, cv::Size size) {
-    ImageFile like = given;
-    if (like.kind == ImageKind::color)
-        name_colors(like);
-    const bool exr = extension_of(like.file) == ".exr";
-    if (exr)
-        like.options.channels = channel_names(like.file, like.image, like.options);
-    else
-        check_channels(like.file, like.image, {1, 3, 4});
-    target_ = std::make_unique<Target>(like);
-    if (like.format)
-        target_->format = format_for(like.file, *like.format);
-    target_->encoder = described_failure(like.file, [&] {
-        return exr ? exr_encoder(*target_, like.file, size, like.options)
-                   : tiff_encoder(*target_, size,
-                                  target_->in_file_order(cv::Mat::zeros(1, 1, like.image.type())).type(),
-                                  target_->format);
-    });
-}
-
-io::ResultRows::~ResultRows() = default;
-
-void io::ResultRows::write(const cv::Mat& rows) {
-    described_failure(target_->like.file, [&] { target_->encoder->write(target_->in_file_order(rows)); });
-}
-
-void io::ResultRows::complete() {
-    described_failure(target_->like.file, [&] { target_->encoder->finish(); });
-    target_->encoder.reset();
-    target_->successor.complete();
-}
-
-void io::ResultRows::take_over() {
-    target_->successor.take_over();
-}
-
-bool io::takes_rows(const std::filesystem::path& file) {
-    const std::string extension = extension_of(file);
-    return extension == ".exr" || extension == ".tif";
-}
 
 void write_image(const std::filesystem::path& file, const cv::Mat& image, const WriteOptions& options) {
     write_images({{file, image, options}});

@@ -3,7 +3,6 @@
 #include "plan.hpp"
 
 #include "doubts/look.hpp"
-#include "io/rows.hpp"
 
 #include <fathom/image.hpp>
 #include <fathom/picture.hpp>
@@ -41,14 +40,6 @@ struct More {
     std::string color_layer = {};            ///< of that picture
     /// Reads the images. Other inputs are computed meanwhile, and others are read, too. The job has its windows.
     std::function<Images(const Job&)> read = {};
-    /// The picture of a job by rows, if it is one of the images; nothing where it has to be read whole.
-    std::function<std::unique_ptr<io::PictureRows>(const Job&)> picture_rows = {};
-    /// How far the operation looks around a tile of an image that shows this. With it images may be done strip by strip: the
-    /// operation gets some rows of them, and makes those of its results. None: it needs all of them.
-    std::function<Reach(const Tile&, const Look&, const Job&)> reach = {};
-    std::string whole = {};                                ///< the option because of which there is none
-    std::function<std::string(const Job&)> whole_for = {}; ///< what else of an input needs all of them; empty: nothing
-    bool looks_first = false; ///< does that depend on what the image shows? Then its depth is read twice.
     /// What is probably wrong with the command's own options, a sentence each with the cure. Called beside `read`.
     std::function<std::vector<std::string>(const Job&)> doubts = {};
     /// The same of lengths, which this image is too large or too small for. Not asked where its depths are doubted anyway.

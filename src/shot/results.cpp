@@ -3,7 +3,6 @@
 
 #include "camera/edge_upsampling.hpp"
 #include "camera_file/file.hpp"
-#include "io/rows.hpp"
 #include "terminal/messages.hpp"
 #include "text.hpp"
 
@@ -64,8 +63,7 @@ Windows result_windows(const More& more, const Job& job) {
     if (!more.picture || !is_exr(job.companions[*more.picture]))
         return job.windows;
     const std::filesystem::path& file = job.companions[*more.picture];
-    const auto rows = io::exr_rows(file, {color_channels(file, more.color_layer).front()}, {.overscan = true});
-    const Windows picture = rows->channels().front().windows;
+    const Windows picture = io::exr_windows(file, color_channels(file, more.color_layer).front());
     const cv::Rect both = job.windows.data & picture.data;
     if (picture.display != job.windows.display)
         return job.windows;

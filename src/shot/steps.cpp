@@ -111,7 +111,7 @@ void Steps::read(Work& work) const {
         return;
     if (!work.loaded)
         load(work);
-    if (!apart_ && !work.rows)
+    if (!apart_)
         examine(work);
 }
 
@@ -144,13 +144,7 @@ void Steps::load(Work& work) const {
         work.depth = std::exchange(work.relative->depth, {{}, Storage::float32, {}});
     } else {
         work.camera = options_.camera.read_for(frame.read_as());
-        work.rows = io::depth_rows(frame.input, read_options(work));
-        if (!work.rows)
-            work.depth = read_depth(frame.input, read_options(work));
-        else if (goes_by_strips(frame, *work.rows))
-            work.depth = work.rows->about();
-        else
-            work.depth = io::whole(frame.input, *std::exchange(work.rows, nullptr));
+        work.depth = read_depth(frame.input, read_options(work));
         if (work.depth.storage != Storage::float32) // on which the unit may depend
             work.camera = options_.camera.read_for(frame.read_as(), work.depth.storage);
         if (options_.camera.of_each_input())
@@ -160,14 +154,7 @@ void Steps::load(Work& work) const {
     frame.windows = depth.windows;
     const Job& job = frame;
     work.option_doubts = later([&] { return more_.doubts ? more_.doubts(job) : std::vector<std::string>{}; });
-    if (work.rows && more_.picture_rows)
-        work.picture = more_.picture_rows(job);
-    if (work.rows && more_.picture && !work.picture)
-        check_fits(job, more_.companions[*more_.picture].option + ' ' + job.companions[*more_.picture].native(),
-                   "save it as .exr or .tif",
-                   row_bytes(work.rows->size().width, true) * static_cast<std::size_t>(work.rows->size().height));
-    if (!work.picture)
-        frame.images = later([&] { return more_.read ? more_.read(job) : Images{}; });
+    frame.images = later([&] { return more_.read ? more_.read(job) : Images{}; });
     work.picture_size = picture_size(work);
     work.seen = is_relative() ? relative_camera(depth.values.cols, depth.values.rows, *options_.relative.order)
                               : camera_of(work.camera, depth.windows, work.picture_size);
@@ -190,24 +177,18 @@ std::optional<cv::Size> Steps::picture_size(const Work& work) const {
     const cv::Size depth = work.depth.windows.data.size();
     cv::Size size = depth;
     bool has_plate = false;
-    if (work.picture) {
-        size = work.picture->size();
-        check_same_view(work.frame.companions[*more_.picture], size, work.frame);
-    } else {
-        try {
-            const Images& images = work.frame.images.get();
-            if (!images.picture.color.empty())
-                size = images.picture.color.size();
-            has_plate = !images.clean_plate.color.empty();
-        } catch (...) { // is told when the frame is computed
-        }
+    try {
+        const Images& images = work.frame.images.get();
+        if (!images.picture.color.empty())
+            size = images.picture.color.size();
+        has_plate = !images.clean_plate.color.empty();
+    } catch (...) { // is told when the frame is computed
     }
     if (size == depth || is_relative())
         return std::nullopt;
-    const char* of_one_size = work.rows || work.picture          ? "images this large go through by rows"
-                              : has_overscan(work.depth.windows) ? "the depth has overscan"
-                              : has_plate                        ? "a clean plate is given"
-                                                                 : nullptr;
+    const char* of_one_size = has_overscan(work.depth.windows) ? "the depth has overscan"
+                              : has_plate                      ? "a clean plate is given"
+                                                               : nullptr;
     if (of_one_size)
         throw Error(fmt::format("{}: is {} × {}, but its picture is {} × {}; {}, so that both must be of the same size",
                                 work.frame.input.native(), depth.width, depth.height, size.width, size.height,
@@ -240,14 +221,6 @@ ReadOptions Steps::read_options(const Work& work) const {
             .memory = options_.memory};
 }
 
-// The mask of pixels that do not count, from the first row on; nothing without one.
-std::unique_ptr<io::IgnoredRows> Steps::ignored_rows(const Work& work) const {
-    return options_.ignore.empty() || is_relative() // whose values have lost them already
-               ? nullptr
-               : std::make_unique<io::IgnoredRows>(work.frame.companions.back(), options_.ignore_below,
-                                                   work.depth.windows);
-}
-
 // Finds what pixels hold that do not count. The camera may have to name a code for it that no pixel has.
 void Steps::find_invalid_value(Work& work) const {
     if (is_relative() || (options_.ignore.empty() && !options_.valid))
@@ -255,33 +228,27 @@ void Steps::find_invalid_value(Work& work) const {
     InvalidValue& invalid = work.invalid.emplace(work.seen, work.depth.storage);
     if (!invalid.is_open())
         return;
-    if (!work.rows)
-        invalid.see(on_host(work.depth.values, work.depth.storage));
-    else if (const auto again = io::depth_rows(work.frame.input, read_options(work)))
-        for (const Band& band : strips(work, 0))
-            invalid.see(on_host(again->read(band.end - band.begin).values, work.depth.storage));
+    invalid.see(on_host(work.depth.values, work.depth.storage));
     if (work.frame.images.valid())
         if (const DepthFile& other = work.frame.images.get().other_depth; other.storage == work.depth.storage)
             invalid.see(on_host(other.values, other.storage));
     invalid.settle(work.seen);
 }
 
-void Steps::ignore(const Work& work, cv::Mat& values, io::IgnoredRows* mask) const {
-    if (!mask)
+void Steps::ignore(Work& work) const {
+    if (options_.ignore.empty() || is_relative()) // whose values have lost them already
         return;
-    const cv::Mat ignored = mask->read(values.rows);
-    work.invalid->write(values.data, on_host(values, work.depth.storage),
+    const cv::Mat ignored = io::ignored(work.frame.companions.back(), options_.ignore_below, work.depth.windows);
+    work.invalid->write(work.depth.values.data, on_host(work.depth.values, work.depth.storage),
                         [&](int x, int y) { return ignored.at<uchar>(y, x) != 0; });
 }
 
 // Bounds are as exact as depths, so that a depth that is written like one lies within.
-void Steps::keep_valid(const Work& work, cv::Mat& values, cv::Mat& z) const {
-    if (!options_.valid)
-        return;
+void Steps::keep_valid(Work& work) const {
     const auto least = static_cast<float>(options_.valid->front()), most = static_cast<float>(options_.valid->back());
     constexpr float background = std::numeric_limits<float>::infinity();
-    work.invalid->write(values.data, on_host(values, work.depth.storage), [&](int x, int y) {
-        float& depth = z.at<float>(y, x);
+    work.invalid->write(work.depth.values.data, on_host(work.depth.values, work.depth.storage), [&](int x, int y) {
+        float& depth = work.z.at<float>(y, x);
         const bool is_out = depth < background && !(depth >= least && depth <= most);
         if (is_out)
             depth = std::numeric_limits<float>::quiet_NaN();
@@ -293,11 +260,11 @@ void Steps::keep_valid(const Work& work, cv::Mat& values, cv::Mat& z) const {
 void Steps::examine(Work& work) const {
     DepthFile& depth = work.depth;
     find_invalid_value(work);
-    ignore(work, depth.values, ignored_rows(work).get());
+    ignore(work);
     work.stored = {.image = to_device(device_, depth.values), .camera = work.seen, .storage = depth.storage};
     work.z = at_any_width(device_, [&] { return distances(work.stored); });
     if (options_.valid) {
-        keep_valid(work, depth.values, work.z);
+        keep_valid(work);
         work.stored.image = to_device(device_, depth.values);
     }
     const HostDepth values = on_host(depth.values, depth.storage);
@@ -338,22 +305,13 @@ void Steps::find_doubts(Work& work) const {
     work.camera_doubts = key_doubts(work.camera.text, display.width, display.height);
 }
 
-cv::Mat Steps::decoded(const Work& work, const cv::Mat& values, int first_row) const {
-    StoredDepth stored = work.stored;
-    stored.image = to_device(device_, values);
-    stored.y = first_row;
-    return at_any_width(device_, [&] { return distances(stored); });
-}
-
 void Steps::compute(Work& work) {
     if (work.kept)
         return;
     Loaded& frame = work.frame;
     for (std::size_t i = 0; i < frame.values.size(); ++i)
         options_.animations[i].give(frame.values[i]);
-    if (work.rows)
-        stream(work);
-    else if (apart_) {
+    if (apart_) {
         const Stopwatch watch(work.times.read);
         examine(work);
     }
@@ -369,13 +327,9 @@ void Steps::compute(Work& work) {
     warn_once(work, frame.input, work.option_doubts.get());
     if (more_.length_doubts && !work.doubtful_values && !doubtful_camera) // or one mistake would be told twice
         warn_once(work, frame.input, more_.length_doubts(work.stored, work.subject, frame));
-    frame.said.insert(frame.said.end(), work.explained.begin(), work.explained.end());
     work.z.release();
     work.small.release();
-    if (work.failure)
-        std::rethrow_exception(work.failure);
-    if (!work.rows)
-        work.results = at_any_width(device_, [&] { return operation_(work.stored, frame); });
+    work.results = at_any_width(device_, [&] { return operation_(work.stored, frame); });
     work.stored.image = {};
     frame.images = {};
     work.depth.values.release();
@@ -387,7 +341,7 @@ void Steps::write(Work& work) const {
     const Stopwatch watch(work.times.write);
     const Loaded& frame = work.frame;
     const bool is_cut = work.windows != frame.windows;
-    for (std::size_t i = 0; i < outputs_.size() && (is_cut || has_overscan(work.windows)) && !work.rows; ++i) {
+    for (std::size_t i = 0; i < outputs_.size() && (is_cut || has_overscan(work.windows)); ++i) {
         Result& result = work.results[i];
         if (is_cut) {
             result.part = work.windows.data - frame.windows.data.tl();
@@ -400,13 +354,6 @@ void Steps::write(Work& work) const {
         warn(work, frame.input, png_doubts(options_, outputs_, frame, work.results));
     for (std::size_t i = 0; i < outputs_.size(); ++i)
         warn(work, frame.outputs[i], metadata_doubts(frame.outputs[i], work.results[i]));
-    if (work.rows) {
-        for (const auto& file : work.files)
-            file->complete();
-        for (const auto& file : work.files)
-            file->take_over();
-        return;
-    }
     prepare_folders(options_, outputs_, frame);
     std::vector<ImageFile> files = files_of(options_, outputs_, frame, work.results, work.source);
     if (options_.output == standard_stream) {
@@ -431,8 +378,6 @@ std::size_t Steps::bytes(const Work& work) const {
         return bytes(other);
     }
     const auto of = [](const cv::Mat& image) { return image.total() * image.elemSize(); };
-    if (work.rows)
-        return strip_bytes();
     std::size_t sum = of(work.depth.values);
     try {
         const Images& images = work.frame.images.get();

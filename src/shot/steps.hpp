@@ -5,8 +5,6 @@
 
 #include "doubts/look.hpp"
 #include "io/ignored.hpp"
-#include "io/rows.hpp"
-#include "operations/bands.hpp"
 #include "operations/invalid_value.hpp"
 #include "shot/records/record.hpp"
 
@@ -72,8 +70,6 @@ struct Work {
     std::optional<nlohmann::ordered_json> record; // of a run with records
     bool kept = false;                            // lie the results there already?
     DepthFile depth{{}, Storage::float32, {}};
-    std::unique_ptr<io::DepthRows> rows; // of an input that is done strip by strip: `depth` has no values
-    std::unique_ptr<io::PictureRows> picture;
     std::optional<InvalidValue> invalid;   // of pixels that do not count, if there may be some
     std::optional<RelativeDepth> relative; // all but its depth
     ImportedCamera camera;
@@ -84,19 +80,16 @@ struct Work {
     std::vector<std::string> channel_doubts;
     std::shared_future<std::vector<std::string>> option_doubts;
     // Looked at.
-    StoredDepth stored; // its image may be some rows of it
-    cv::Mat z;          // what it decodes to, if all of it is in memory
-    cv::Mat small;      // the depth before it was brought to the picture's size
+    StoredDepth stored;
+    cv::Mat z;     // what it decodes to
+    cv::Mat small; // the depth before it was brought to the picture's size
     Subject subject;
     std::vector<std::string> value_doubts, camera_doubts;
     Held held;
     // Computed.
     bool doubtful_values = false;
-    std::vector<std::string> explained; // by an operation that went by strips
-    std::exception_ptr failure;         // of a strip: told after what is doubtful about the image
     std::vector<Result> results;
-    io::Bytes raw = {};                                 // of the result that goes to standard output
-    std::vector<std::unique_ptr<io::ResultRows>> files; // of the results, if they are made strip by strip
+    io::Bytes raw = {}; // of the result that goes to standard output
 };
 
 /// In full floats 65504 is the sky only where nothing lies beyond it.
@@ -125,23 +118,13 @@ public:
 private:
     bool is_relative() const { return options_.relative.order.has_value(); }
     ReadOptions read_options(const Work& work) const;
-    bool goes_by_strips(const Job& job, const io::DepthRows& rows) const;
-    void check_fits(const Job& job, const std::string& option, const char* cure, std::size_t bytes) const;
-    std::unique_ptr<io::IgnoredRows> ignored_rows(const Work& work) const;
     void find_invalid_value(Work& work) const;
-    void ignore(const Work& work, cv::Mat& values, io::IgnoredRows* mask) const;
+    void ignore(Work& work) const;
     std::optional<cv::Size> picture_size(const Work& work) const;
     void bring_up(Work& work) const;
-    void keep_valid(const Work& work, cv::Mat& values, cv::Mat& z) const;
+    void keep_valid(Work& work) const;
     void examine(Work& work) const;
     void find_doubts(Work& work) const;
-    void stream(Work& work);
-    std::size_t row_bytes(int width, bool picture) const;
-    std::size_t strip_scale() const;
-    std::size_t strip_bytes() const;
-    std::vector<Band> strips(const Work& work, int halo) const;
-    void write_strip(Work& work, std::vector<Result>& results, const cv::Range& rows, int first) const;
-    cv::Mat decoded(const Work& work, const cv::Mat& values, int first_row) const;
     bool is_finished(Work& work) const;
     void check_append(const Work& work) const;
     void warn(Work& work, const std::filesystem::path& subject, const std::vector<std::string>& said) const;

@@ -122,7 +122,7 @@ Images read_images(const DofArguments& options, const Job& job) {
 Picture blur(const DofArguments& options, const StoredDepth& stored, Loaded& frame) {
     explain_method(fathom::Operation::dof, stored, frame, options.dof.quality, options.explain);
     Images images = frame.images.get(); // read by the device until the result is there
-    if (options.highlights > 1)         // of rows that strips share, too
+    if (options.highlights > 1)         // once for each width that is tried
         images.picture.color = images.picture.color.clone();
     restore_highlights(images.picture, options.highlights); // which may change from frame to frame
     restore_highlights(images.clean_plate, options.highlights);
@@ -187,17 +187,6 @@ std::function<int()> configure_dof(CLI::App& app) {
                 {"--clean-plate-depth", options->clean_plate_depth.value_or(*options->clean_plate)});
         }
         more.read = [options](const Job& job) { return read_images(*options, job); };
-        more.whole = options->clean_plate                                    ? "--clean-plate"
-                     : options->repair.invalid == DepthRepair::Invalid::fill ? "--invalid fill"
-                     : grown_pixels(options->repair, options->lens)          ? "--grow-foreground"
-                     : options->lens.focus_at                                ? "--focus-at"
-                                                                             : "";
-        if (more.whole.empty()) {
-            more.looks_first = true;
-            more.reach = [options](const Tile& tile, const Look& look, const Job& job) {
-                return reach(tile, options->dof, widest_circle(options->lens, tile, look, options->dof.sky, job));
-            };
-        }
         more.length_doubts = [options](const StoredDepth& stored, const Subject& subject, const Job& job) {
             return blur_doubts(options->lens, stored, job, subject, options->dof.sky, options->dof.max_coc_px);
         };

@@ -147,19 +147,6 @@ std::function<int()> configure_dof_masks(CLI::App& app) {
         }
         description::DofMasksCall asked{.options = options->masks};
         more.outputs = outputs_of(described_masks(), &asked, options->more);
-        const DofMasksOptions& o = asked.options;
-        more.whole = options->lens.focus_at ? "--focus-at"
-                     : o.tile_min_coc       ? "--tile-min-coc" // the extremes of tiles have rows of their own
-                     : o.tile_max_coc       ? "--tile-max-coc"
-                                            : "";
-        if (more.whole.empty()) {
-            more.looks_first = o.max_near_coc || o.near_alpha || o.disocclusion;
-            more.reach = [options](const Tile& tile, const Look& look, const Job& job) {
-                description::DofMasksCall call{.options = options->masks};
-                outputs_of(described_masks(), &call, options->more);
-                return reach(tile, call.options, widest_circle(options->lens, tile, look, call.options.sky, job));
-            };
-        }
         more.length_doubts = [options](const StoredDepth& stored, const Subject& subject, const Job& job) {
             return blur_doubts(options->lens, stored, job, subject, options->masks.sky, options->masks.max_coc_px);
         };

@@ -233,20 +233,6 @@ std::function<int()> configure_ssao(CLI::App& app) {
         }
         more.outputs = outputs_of(described_ssao(), static_cast<description::SsaoCall*>(options.get()), options->more);
         more.read = [options](const Job& job) { return read_images(*options, job); };
-        more.whole = !more.companions.empty()  ? more.companions.front().option
-                     : options->options.region ? "--region"
-                                               : "";
-        if (more.whole.empty()) {
-            more.whole_for = [options](const Job& job) {
-                return normal_pass(*options, job).empty() ? "" : "the layer of normals beside its depth";
-            };
-            more.looks_first = true;
-            more.reach = [options](const Tile& tile, const Look& look, const Job& job) {
-                return look.surfaces() == 0
-                           ? Reach{}
-                           : reach(tile, radius_of(*options, job), options->options, static_cast<double>(look.nearest));
-            };
-        }
         more.length_doubts = [options](const StoredDepth&, const Subject& subject, const Job& job) {
             return radius_doubts(subject, radius_of(*options, job));
         };

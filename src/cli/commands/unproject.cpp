@@ -53,8 +53,7 @@ std::function<int()> configure_unproject(CLI::App& app) {
         if (extension != ".ply" && (colored || options->normals))
             throw UsageError(fmt::format("{}: only a .ply holds {}; write one (for several inputs: --format ply)",
                                          options->output, colored ? "colours of points" : "normals of points"));
-        More more{
-            .reach = [options](const Tile& tile, const Look&, const Job&) { return reach(tile, options->unproject); }};
+        More more;
         if (colored) {
             more.companions.push_back({"--color", options->picture.color});
             more.read = [options](const Job& job) {

@@ -195,10 +195,10 @@ void add_ignore_options(CLI::App& app, DepthOptions& options) {
 void add_run_options(CLI::App& app, DepthOptions& options) {
     add_option(
         app, "Device", "--memory", "SIZE", [&options](const std::string& text) { options.memory = *bytes_of(text); },
-        "memory that the images of all inputs in work may take, and as\n"
-        "much for an operation beside them, as in 8G or 500M. Large images\n"
-        "are done in bands then (default: a quarter of the machine's,\n"
-        "or of its container's, for the images)")
+        "what an operation may take beside its images, which it then does\n"
+        "in bands, as in 8G or 500M, and what the images of all inputs in\n"
+        "work may take if there are several (default: a quarter of the\n"
+        "machine's, or of its container's, for the images)")
         ->check(CLI::Validator(
             [](std::string& text) {
                 return bytes_of(text) ? std::string()

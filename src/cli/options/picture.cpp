@@ -2,7 +2,7 @@
 
 #include "depth_options.hpp"
 
-#include "io/rows.hpp"
+#include "io/formats.hpp"
 #include "shot/results.hpp"
 
 #include <fathom/io.hpp>
@@ -16,8 +16,8 @@ namespace {
 std::optional<Windows> windows_for(const std::filesystem::path& file, const PictureOptions& options, const Job& job) {
     if (!is_exr(file) || has_overscan(job.windows))
         return job.windows;
-    const auto rows = io::exr_rows(file, {color_channels(file, options.color_layer).front()}, {.overscan = true});
-    return rows->channels().front().windows.display == job.windows.display ? std::optional(job.windows) : std::nullopt;
+    const Windows held = io::exr_windows(file, color_channels(file, options.color_layer).front());
+    return held.display == job.windows.display ? std::optional(job.windows) : std::nullopt;
 }
 
 // What is probably wrong with how the picture is said to count light.
@@ -26,20 +26,12 @@ std::vector<std::string> picture_doubts(const PictureOptions& options, const Job
     if (options.encoding != ColorEncoding::linear)
         return {};
     const ReadPictureOptions as_said{.layer = options.color_layer, .windows = windows_for(file, options, job)};
-    const auto rows = io::picture_rows(file, as_said);
-    const PictureFormat format = rows ? rows->format() : read_picture(file, as_said).format;
+    const PictureFormat format = read_picture(file, as_said).format;
     if (format.bits != 8 || format.encoding == ColorEncoding::linear)
         return {};
     return {fmt::format("--color-space linear: {} holds 8 bits, which are sRGB where the file does not say otherwise; "
                         "leave the option out",
                         file.native())};
-}
-
-// Nothing for a file that has to be read whole.
-std::unique_ptr<io::PictureRows> rows_of(const PictureOptions& options, const Job& job) {
-    const std::filesystem::path& file = job.companions.front();
-    return io::picture_rows(
-        file, {.layer = options.color_layer, .encoding = options.encoding, .windows = windows_for(file, options, job)});
 }
 
 } // namespace
@@ -75,7 +67,6 @@ void use_picture(More& more, const PictureOptions& options) {
     more.picture = 0;
     more.color_layer = options.color_layer;
     more.read = [&](const Job& job) { return Images{.picture = picture_of(job.companions.front(), options, job)}; };
-    more.picture_rows = [&](const Job& job) { return rows_of(options, job); };
     more.doubts = [&](const Job& job) { return picture_doubts(options, job); };
 }
 

@@ -46,11 +46,6 @@ CircleOfConfusion circle_of(const LensArguments& lens, const StoredDepth& stored
     return circle_for(lens_of(lens, job), stored, job.windows);
 }
 
-double widest_circle(const LensArguments& lens, const Tile& image, const Look& look, Sky sky, const Job& job) {
-    const StoredDepth stored{.image = {}, .camera = image.camera, .storage = image.storage};
-    return widest_shown(circle_of(lens, stored, job), look, sky);
-}
-
 std::vector<std::string> blur_doubts(const LensArguments& lens, const StoredDepth& stored, const Job& job,
                                      const Subject& subject, Sky sky, double max_coc_px) {
     return lens_doubts(subject, lens_of(lens, job), circle_of(lens, stored, job), sky, max_coc_px, lens_words());

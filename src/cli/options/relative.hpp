@@ -26,9 +26,6 @@ void complete(LensArguments& lens, RelativeSource& relative, const CameraOption&
 /// Throws: Error, for instance for a pixel without depth.
 CircleOfConfusion circle_of(const LensArguments& lens, const StoredDepth& stored, const Job& job);
 
-/// No circle of an image that shows this is wider, in pixels. The focus lies at no pixel.
-double widest_circle(const LensArguments& lens, const Tile& image, const Look& look, Sky sky, const Job& job);
-
 /// What is probably wrong with it for an image. Circles end at `max_coc_px`, which may be infinity.
 std::vector<std::string> blur_doubts(const LensArguments& lens, const StoredDepth& stored, const Job& job,
                                      const Subject& subject, Sky sky, double max_coc_px);

@@ -5,7 +5,6 @@
 #include "open.hpp"
 
 #include "io/formats.hpp"
-#include "io/rows.hpp"
 
 #include <OpenEXR/ImfChannelList.h>
 #include <OpenEXR/ImfFrameBuffer.h>
@@ -162,10 +161,10 @@ const Candidate& choose(const std::filesystem::path& file, const std::vector<Can
     return *best;
 }
 
-cv::Rect rectangle(const std::filesystem::path& file, const Box2i& box, const Box2i& origin, long long most) {
+cv::Rect rectangle(const std::filesystem::path& file, const Box2i& box, const Box2i& origin) {
     const auto extent = [](int low, int high) { return static_cast<long long>(high) - low + 1; };
     const auto width = extent(box.min.x, box.max.x), height = extent(box.min.y, box.max.y);
-    check_size(file, width, height, most);
+    check_size(file, width, height);
     const auto x = static_cast<long long>(box.min.x) - origin.min.x,
                y = static_cast<long long>(box.min.y) - origin.min.y;
     if (std::max(std::abs(x), std::abs(y)) > most_pixels)
@@ -214,10 +213,10 @@ cv::Rect wanted_of(const std::filesystem::path& file, const Windows& held, const
     return pixels.windows->data;
 }
 
-class Rows : public ExrRows {
+/// Channels of one part.
+class Reader {
 public:
-    Rows(const std::filesystem::path& file, const std::vector<std::string>& names, const ExrPixels& wanted,
-         long long most)
+    Reader(const std::filesystem::path& file, const std::vector<std::string>& names, const ExrPixels& wanted)
         : exr_(open_exr(file)), file_(file) {
         check_tiles(file, exr_);
         const auto candidates = channels_of(exr_);
@@ -234,8 +233,8 @@ public:
         if (!exr_.partComplete(part))
             refuse(file, "is incomplete: some of its rows were never written; render or copy it again");
         const auto& header = exr_.header(part);
-        const auto display = rectangle(file, header.displayWindow(), header.displayWindow(), most);
-        data_ = rectangle(file, header.dataWindow(), header.displayWindow(), most);
+        const auto display = rectangle(file, header.displayWindow(), header.displayWindow());
+        data_ = rectangle(file, header.dataWindow(), header.displayWindow());
         corner_ = header.displayWindow().min;
         wanted_ = wanted_of(file, {data_, display.size()}, wanted);
         for (const Candidate& channel : chosen_) {
@@ -252,8 +251,8 @@ public:
         part_.emplace(exr_, part);
     }
 
-    std::vector<cv::Mat> read(int rows) override {
-        const cv::Rect strip(wanted_.x, wanted_.y + at_, wanted_.width, rows), seen = strip & data_;
+    std::vector<cv::Mat> read() {
+        const cv::Rect seen = wanted_ & data_;
         const cv::Rect held(data_.x, seen.y, data_.width, seen.height); // whole rows of the file
         std::vector<cv::Mat> pixels, images;
         for (const Candidate& channel : chosen_)
@@ -267,18 +266,17 @@ public:
             pixels.resize(1);
         }
         for (const cv::Mat& plane : pixels)
-            if (held == strip) {
+            if (held == wanted_) {
                 images.push_back(plane);
             } else {
-                images.push_back(nothing(strip.size(), plane.type()));
+                images.push_back(nothing(wanted_.size(), plane.type()));
                 if (!seen.empty())
-                    plane(seen - held.tl()).copyTo(images.back()(seen - strip.tl()));
+                    plane(seen - held.tl()).copyTo(images.back()(seen - wanted_.tl()));
             }
-        at_ += rows;
         return images;
     }
 
-    const std::vector<DepthFile>& channels() const override { return channels_; }
+    const std::vector<DepthFile>& channels() const { return channels_; }
 
 private:
     void check(Imf::Compression compression) const;
@@ -292,11 +290,10 @@ private:
     std::function<void()> refuse_colors_ = {}; // where R, G and B have to be the same
     cv::Rect data_, wanted_;                   // counted from the display window's first pixel
     Imath::V2i corner_;                        // of the display window
-    int at_ = 0;
 };
 
 /// Can the file hold what its header declares, and is a good part of what is read in the file?
-void Rows::check(Imf::Compression compression) const {
+void Reader::check(Imf::Compression compression) const {
     std::uint64_t pixel_bytes = 0, widest = 0;
     for (const Candidate& channel : chosen_) {
         const std::uint64_t bytes = channel.type == Imf::HALF ? 2 : 4;
@@ -312,7 +309,7 @@ void Rows::check(Imf::Compression compression) const {
                           described(data_.size()) + ", so that nearly all of it is empty; crop the display window");
 }
 
-void Rows::read(const cv::Rect& held, const std::vector<cv::Mat>& pixels) {
+void Reader::read(const cv::Rect& held, const std::vector<cv::Mat>& pixels) {
     refusing_damage(file_, [&] {
         const Imath::V2i first = corner_ + Imath::V2i(held.x, held.y);
         Imf::FrameBuffer frame;
@@ -334,18 +331,17 @@ bool begins_like_exr(const std::filesystem::path& file) {
 std::vector<DepthFile> read_exr(const std::filesystem::path& file, const std::vector<std::string>& channels,
                                 const ExrPixels& pixels) {
     return refusing_damage(file, [&] {
-        Rows rows(file, channels, pixels, most_pixels);
-        std::vector<DepthFile> images = rows.channels();
-        const std::vector<cv::Mat> planes = rows.read(rows.size().height);
+        Reader reader(file, channels, pixels);
+        std::vector<DepthFile> images = reader.channels(); // without values
+        const std::vector<cv::Mat> planes = reader.read();
         for (std::size_t i = 0; i < planes.size(); ++i)
             images[i].values = planes[i];
         return images;
     });
 }
 
-std::unique_ptr<ExrRows> exr_rows(const std::filesystem::path& file, const std::vector<std::string>& channels,
-                                  const ExrPixels& pixels, long long most) {
-    return refusing_damage(file, [&] { return std::make_unique<Rows>(file, channels, pixels, most); });
+Windows exr_windows(const std::filesystem::path& file, const std::string& channel) {
+    return refusing_damage(file, [&] { return Reader(file, {channel}, {.overscan = true}).channels().front().windows; });
 }
 
 int exr_part_of(const std::filesystem::path& file, const std::string& channel) {

@@ -3,7 +3,6 @@
 #include "open.hpp"
 
 #include "io/formats.hpp"
-#include "io/rows.hpp"
 
 #include <opencv2/core.hpp>
 
@@ -42,7 +41,7 @@ using Imath::V2i;
 /// Where OpenEXR writes to. It cannot throw where it writes its last bytes, so that a failure is kept.
 class Stream : public Imf::OStream {
 public:
-    explicit Stream(ByteSink& sink) : OStream("results"), sink_(sink) {}
+    explicit Stream(MemorySink& sink) : OStream("results"), sink_(sink) {}
 
     void write(const char c[], int n) override {
         try {
@@ -60,7 +59,7 @@ public:
     std::exception_ptr failure = {};
 
 private:
-    ByteSink& sink_;
+    MemorySink& sink_;
     std::uint64_t at_ = 0;
 };
 
@@ -107,10 +106,10 @@ Imf::Header header_of(cv::Size size, const WriteOptions& options) {
     return header;
 }
 
-/// Values as they are written: all rows of an image, or some from row `first` on.
+/// Values as they are written.
 struct Pixels {
-    Pixels(const std::filesystem::path& file, const cv::Mat& floats, const WriteOptions& options, int first = 0)
-        : image(floats), type(pixel_type(options)), names(options.channels), first_row(first) {
+    Pixels(const std::filesystem::path& file, const cv::Mat& floats, const WriteOptions& options)
+        : image(floats), type(options.half ? Imf::HALF : Imf::FLOAT), names(options.channels) {
         if (!options.half)
             return;
         floats.convertTo(image, CV_16F);
@@ -118,32 +117,24 @@ struct Pixels {
             for (int i = 0; i < image.cols * image.channels(); ++i)
                 if (const float value = floats.ptr<float>(y)[i];
                     std::isfinite(value) && (image.ptr<std::uint16_t>(y)[i] & 0x7fff) == 0x7c00)
-                    refuse(file, "pixel (" + std::to_string(i / image.channels()) + ", " + std::to_string(first + y) +
+                    refuse(file, "pixel (" + std::to_string(i / image.channels()) + ", " + std::to_string(y) +
                                      ") is " + std::to_string(value) +
                                      ", and a half ends at 65504; write floats of 32 bits (without --half)");
     }
 
-    static Imf::PixelType pixel_type(const WriteOptions& options) { return options.half ? Imf::HALF : Imf::FLOAT; }
-
     void add_to(Imf::Header& header, Imf::FrameBuffer& frame) const {
         for (const std::string& name : names)
             header.channels().insert(name, Imf::Channel(type));
-        add_to(frame, header.dataWindow().min);
-    }
-
-    /// `corner`: of the whole image.
-    void add_to(Imf::FrameBuffer& frame, const V2i& corner) const {
         const auto channels = static_cast<std::size_t>(image.channels());
         for (std::size_t i = 0; i < names.size(); ++i)
             frame.insert(names[i], Imf::Slice::Make(type, image.data + i % channels * image.elemSize1(),
-                                                    corner + V2i(0, first_row), image.cols, image.rows,
+                                                    header.dataWindow().min, image.cols, image.rows,
                                                     image.elemSize(), image.step));
     }
 
     cv::Mat image;
     Imf::PixelType type;
     std::vector<std::string> names;
-    int first_row;
 };
 
 void write(Stream& stream, const Imf::Header& header, const Imf::FrameBuffer& frame) {
@@ -151,36 +142,6 @@ void write(Stream& stream, const Imf::Header& header, const Imf::FrameBuffer& fr
     exr.setFrameBuffer(frame);
     exr.writePixels(header.dataWindow().max.y - header.dataWindow().min.y + 1);
 }
-
-class Encoder : public RowEncoder {
-public:
-    Encoder(ByteSink& sink, const std::filesystem::path& file, const Imf::Header& header, const WriteOptions& options)
-        : stream_(sink), file_(file), options_(options), corner_(header.dataWindow().min),
-          exr_(std::make_unique<Imf::OutputFile>(stream_, header)) {}
-
-    void write(const cv::Mat& rows) override {
-        const Pixels pixels(file_, rows, options_, at_);
-        Imf::FrameBuffer frame;
-        pixels.add_to(frame, corner_);
-        exr_->setFrameBuffer(frame);
-        exr_->writePixels(rows.rows);
-        at_ += rows.rows;
-    }
-
-    void finish() override {
-        exr_.reset(); // completes the table of rows
-        if (stream_.failure)
-            std::rethrow_exception(stream_.failure);
-    }
-
-private:
-    Stream stream_;
-    std::filesystem::path file_;
-    WriteOptions options_;
-    V2i corner_;
-    std::unique_ptr<Imf::OutputFile> exr_;
-    int at_ = 0;
-};
 
 /// Can the part of a file take more channels and lose nothing?
 bool takes_channels(const Imf::MultiPartInputFile& exr, const Imf::Header& added) {
@@ -299,29 +260,23 @@ void append(Stream& stream, const Imf::Header& header, const std::filesystem::pa
 
 } // namespace
 
-std::unique_ptr<RowEncoder> exr_encoder(ByteSink& sink, const std::filesystem::path& file, cv::Size size,
-                                        const WriteOptions& options, const std::string& record) {
-    Imf::Header header = header_of(size, options);
-    set_record(header, record);
-    for (const std::string& name : options.channels)
-        header.channels().insert(name, Imf::Channel(Pixels::pixel_type(options)));
-    return std::make_unique<Encoder>(sink, file, header, options);
-}
-
 Bytes exr_bytes(const std::filesystem::path& file, const cv::Mat& image, const WriteOptions& options,
                 const std::string& record) {
     MemorySink memory(image);
+    Stream stream(memory);
+    Imf::Header header = header_of(image.size(), options);
+    const Pixels pixels(file, image, options);
     if (options.source && options.source->append) {
-        Stream stream(memory);
-        const Imf::Header header = header_of(image.size(), options);
-        const Pixels pixels(file, image, options);
         refusing_damage(options.source->file, // what is written goes into memory, so that only this one can fail
                         [&] { append(stream, header, file, pixels, options, record); });
     } else {
-        const auto encoder = exr_encoder(memory, file, image.size(), options, record);
-        encoder->write(image);
-        encoder->finish();
+        set_record(header, record);
+        Imf::FrameBuffer frame;
+        pixels.add_to(header, frame);
+        write(stream, header, frame);
     }
+    if (stream.failure)
+        std::rethrow_exception(stream.failure);
     return std::move(memory.bytes);
 }
 

@@ -1,7 +1,6 @@
 // TIFF, with libtiff. Samples are read as they are, or as libtiff turns them into R, G and B of 8 bits: palettes, YCbCr,
 // inks, white that is 0.
 #include "io/formats.hpp"
-#include "io/rows.hpp"
 
 #include <fathom/error.hpp>
 
@@ -32,7 +31,7 @@ namespace {
 struct Stream {
     std::span<const unsigned char> in = {};
     int file = -1; ///< is read instead of `in`
-    ByteSink* out = nullptr;
+    MemorySink* out = nullptr;
     std::uint64_t size = 0;
     std::uint64_t at = 0;
     int unreadable = 0;              ///< why the system did not read, once it did not
@@ -234,9 +233,9 @@ std::optional<int> plain_type(const Directory& d) {
 
 /// An open TIFF with its directory.
 struct OpenTiff {
-    OpenTiff(const std::filesystem::path& name, Stream& from, long long most)
+    OpenTiff(const std::filesystem::path& name, Stream& from)
         : file(name), stream(from), tiff(open(from, "r")), directory((check_open(), tiff.get())) {
-        check_size(file, directory.width, directory.height, most);
+        check_size(file, directory.width, directory.height);
         check_samples(file, directory);
         if (directory.photometric == 0xffff || !is_complete(tiff.get(), directory, stream))
             refuse_damaged(file, stream);
@@ -268,7 +267,7 @@ bool has_own_sizes(const Directory& d) {
     return d.compression == COMPRESSION_JPEG || d.compression == COMPRESSION_WEBP;
 }
 
-/// Reads samples as they are, from the first row to the last.
+/// Reads samples as they are.
 class Reader {
 public:
     /// `pattern`: what memory is filled with before.
@@ -290,8 +289,8 @@ public:
         }
     }
 
-    cv::Mat read(int rows) {
-        cv::Mat image = filled(rows, width_);
+    cv::Mat read() {
+        cv::Mat image = filled(height_, width_);
         const bool read = tiled_ ? read_tiles(image) : read_strips(image);
         if (!read || stream_.cut_short)
             refuse_damaged(file_, stream_);
@@ -307,17 +306,10 @@ private:
     }
 
     bool read_strips(cv::Mat& image) {
-        for (int y = 0; y < image.rows;) {
-            const int strip = at_ / strip_rows_, begin = strip * strip_rows_,
-                      end = std::min(begin + strip_rows_, height_);
-            const int rows = std::min(end - at_, image.rows - y);
-            cv::Mat part = image.rowRange(y, y + rows);
-            if (!(at_ == begin && rows == end - begin ? read_strip(strip, part)
-                  : is_raw_                           ? read_raw(strip, at_ - begin, part)
-                                                      : read_lines(part)))
+        for (int y = 0, strip = 0; y < height_; y += strip_rows_) {
+            cv::Mat part = image.rowRange(y, std::min(y + strip_rows_, height_));
+            if (!read_strip(strip++, part))
                 return false;
-            at_ += rows;
-            y += rows;
         }
         return true;
     }
@@ -327,52 +319,11 @@ private:
         return TIFFReadEncodedStrip(tiff_, static_cast<std::uint32_t>(strip), part.data, size) == size;
     }
 
-    /// Rows of a strip that is not compressed, which may be as large as the image.
-    bool read_raw(int strip, int first, cv::Mat& part) {
-        const auto number = static_cast<std::uint32_t>(strip);
-        const std::uint64_t skipped = static_cast<std::uint64_t>(first) * part.step,
-                            size = static_cast<std::uint64_t>(bytes_of(part));
-        if (skipped + size > TIFFGetStrileByteCount(tiff_, number) ||
-            stream_.read(part.data, size, TIFFGetStrileOffset(tiff_, number) + skipped) < size)
-            return false;
-        if (TIFFIsByteSwapped(tiff_)) {
-            const auto count = static_cast<tmsize_t>(size / part.elemSize1());
-            if (part.elemSize1() == 2)
-                TIFFSwabArrayOfShort(reinterpret_cast<std::uint16_t*>(part.data), count);
-            else if (part.elemSize1() == 4)
-                TIFFSwabArrayOfLong(reinterpret_cast<std::uint32_t*>(part.data), count);
-            else if (part.elemSize1() == 8)
-                TIFFSwabArrayOfLong8(reinterpret_cast<std::uint64_t*>(part.data), count);
-        }
-        return true;
-    }
-
-    bool read_lines(cv::Mat& part) {
-        for (int y = 0; y < part.rows; ++y)
-            if (TIFFReadScanline(tiff_, part.ptr(y), static_cast<std::uint32_t>(at_ + y), 0) != 1)
-                return false;
-        return true;
-    }
-
-    /// A row of tiles is kept until all its rows were asked for.
     bool read_tiles(cv::Mat& image) {
-        for (int y = 0; y < image.rows;) {
-            const int first = at_ % tile_.rows, begin = at_ - first;
-            const int in_row = std::min(tile_.rows, height_ - begin), rows = std::min(in_row - first, image.rows - y);
-            cv::Mat part = image.rowRange(y, y + rows);
-            if (rows == in_row) {
-                if (!read_row_of_tiles(begin / tile_.rows, part))
-                    return false;
-            } else {
-                if (first == 0) {
-                    row_of_tiles_.create(in_row, width_, type_);
-                    if (!read_row_of_tiles(begin / tile_.rows, row_of_tiles_))
-                        return false;
-                }
-                row_of_tiles_.rowRange(first, first + rows).copyTo(part);
-            }
-            at_ += rows;
-            y += rows;
+        for (int y = 0, row = 0; y < height_; y += tile_.rows) {
+            cv::Mat part = image.rowRange(y, std::min(y + tile_.rows, height_));
+            if (!read_row_of_tiles(row++, part))
+                return false;
         }
         return true;
     }
@@ -398,8 +349,8 @@ private:
     int height_, width_, type_;
     unsigned char pattern_;
     bool tiled_, is_raw_;
-    int strip_rows_ = 0, at_ = 0;
-    cv::Mat tile_, row_of_tiles_;
+    int strip_rows_ = 0;
+    cv::Mat tile_;
 };
 
 /// Samples as OpenCV has them. Signed ones of 16 bits are floats, which hold them all.
@@ -437,7 +388,7 @@ void read_metadata_of(TIFF* tiff, PictureFile& picture) {
     picture.has_more = TIFFGetField(tiff, TIFFTAG_EXIFIFD, &directory) == 1;
 }
 
-/// A file that stays open while its rows are read.
+/// A file that stays open while its directories are read.
 class OpenFile {
 public:
     explicit OpenFile(const std::filesystem::path& file) : descriptor_(::open(file.c_str(), O_RDONLY | O_CLOEXEC)) {
@@ -454,36 +405,6 @@ public:
 
 private:
     int descriptor_;
-};
-
-class Rows : public TiffRows {
-public:
-    Rows(const std::filesystem::path& file, long long most)
-        : file_(file), from_(file), tiff_(file_, from_.stream, most) {
-        const auto type = plain_type(tiff_.directory);
-        if (type && tiff_.directory.orientation == ORIENTATION_TOPLEFT && !has_own_sizes(tiff_.directory)) {
-            reader_.emplace(tiff_, *type);
-            type_ = in_order(cv::Mat(1, 1, *type), tiff_.directory).type();
-        }
-    }
-
-    bool can_read() const { return reader_.has_value(); }
-
-    cv::Mat read(int rows) override {
-        return in_order(within_memory(file_, [&] { return reader_->read(rows); }), tiff_.directory);
-    }
-    void read_metadata(PictureFile& picture) override { read_metadata_of(tiff_.tiff.get(), picture); }
-    cv::Size size() const override {
-        return {static_cast<int>(tiff_.directory.width), static_cast<int>(tiff_.directory.height)};
-    }
-    int type() const override { return type_; }
-
-private:
-    std::filesystem::path file_;
-    OpenFile from_;
-    OpenTiff tiff_;
-    std::optional<Reader> reader_;
-    int type_ = 0;
 };
 
 /// What libtiff makes 8 bits of: B, G, R with an alpha where there is a fourth sample, or grey.
@@ -529,14 +450,13 @@ std::optional<cv::Mat> read_tiff(const std::filesystem::path& file, const Bytes&
     if (!begins_like_tiff({reinterpret_cast<const char*>(bytes.data()), bytes.size()}))
         return std::nullopt;
     Stream stream{.in = bytes, .size = bytes.size()};
-    const OpenTiff tiff(file, stream, most_pixels);
+    const OpenTiff tiff(file, stream);
     const auto type = plain_type(tiff.directory);
     if (!type)
         return upright(read_colors(tiff), tiff.directory.orientation);
-    const auto height = static_cast<int>(tiff.directory.height);
-    const cv::Mat image = Reader(tiff, *type).read(height);
+    const cv::Mat image = Reader(tiff, *type).read();
     if (has_own_sizes(tiff.directory)) {
-        const cv::Mat again = Reader(tiff, *type, static_cast<unsigned char>(~unwritten)).read(height);
+        const cv::Mat again = Reader(tiff, *type, static_cast<unsigned char>(~unwritten)).read();
         if (std::memcmp(image.data, again.data, image.total() * image.elemSize()) != 0)
             refuse_damaged(file, stream);
     }
@@ -557,15 +477,6 @@ int tiff_pages(const std::filesystem::path& file) {
     return pages;
 }
 
-std::unique_ptr<TiffRows> tiff_rows(const std::filesystem::path& file, long long most) {
-    std::array<char, 4> begin{};
-    std::ifstream(file, std::ios::binary).read(begin.data(), begin.size());
-    if (!begins_like_tiff({begin.data(), begin.size()}))
-        return nullptr;
-    auto rows = std::make_unique<Rows>(file, most);
-    return rows->can_read() ? std::move(rows) : nullptr;
-}
-
 void read_tiff_metadata(const Bytes& bytes, PictureFile& picture) {
     Stream stream{.in = bytes, .size = bytes.size()};
     if (const Tiff tiff = open(stream, "r"))
@@ -574,97 +485,54 @@ void read_tiff_metadata(const Bytes& bytes, PictureFile& picture) {
 
 namespace {
 
-// An image of one strip is readable by everything. One of several can be read by rows.
+// An image of one strip is readable by everything. A larger one has several, of which a program need not read all.
 constexpr std::size_t most_in_one_strip = std::size_t{128} << 20, bytes_of_a_strip = std::size_t{8} << 20;
 constexpr std::uint64_t end_of_classic = 0xffff0000u; // offsets of 32 bits, and room for the directory
 
-// No compression, so that rows can be read without those before them.
-class Encoder : public RowEncoder {
-public:
-    Encoder(ByteSink& sink, cv::Size size, int type, const PictureFormat& format)
-        : stream_{.out = &sink}, size_(size), tiff_(nullptr, TIFFClose) {
-        const cv::Mat pixel(1, 1, type);
-        const std::size_t row = pixel.elemSize() * static_cast<std::size_t>(size.width),
-                          all = row * static_cast<std::size_t>(size.height);
-        strip_rows_ = all <= most_in_one_strip ? size.height : std::max(static_cast<int>(bytes_of_a_strip / row), 1);
-        tiff_ = open(stream_, all > end_of_classic ? "w8" : "w");
-        check(tiff_ != nullptr);
-        const auto set = [&](std::uint32_t tag, auto... value) {
-            if (!TIFFSetField(tiff_.get(), tag, value...))
-                throw Error("libtiff does not take field " + std::to_string(tag) + ": " + stream_.error);
-        };
-        set(TIFFTAG_IMAGEWIDTH, size.width);
-        set(TIFFTAG_IMAGELENGTH, size.height);
-        set(TIFFTAG_BITSPERSAMPLE, 8 * static_cast<int>(pixel.elemSize1()));
-        set(TIFFTAG_SAMPLEFORMAT, pixel.depth() == CV_32F ? SAMPLEFORMAT_IEEEFP : SAMPLEFORMAT_UINT);
-        set(TIFFTAG_SAMPLESPERPIXEL, pixel.channels());
-        set(TIFFTAG_PHOTOMETRIC, pixel.channels() >= 3 ? PHOTOMETRIC_RGB : PHOTOMETRIC_MINISBLACK);
-        set(TIFFTAG_PLANARCONFIG, PLANARCONFIG_CONTIG);
-        set(TIFFTAG_COMPRESSION, COMPRESSION_NONE);
-        set(TIFFTAG_ROWSPERSTRIP, strip_rows_);
-        const std::uint16_t alpha = pixel.depth() == CV_32F ? EXTRASAMPLE_UNSPECIFIED : EXTRASAMPLE_UNASSALPHA;
-        if (pixel.channels() == 4)
-            set(TIFFTAG_EXTRASAMPLES, 1, &alpha);
-        if (!format.icc.empty())
-            set(TIFFTAG_ICCPROFILE, static_cast<std::uint32_t>(format.icc.size()), format.icc.data());
-    }
-
-    void write(const cv::Mat& rows) override {
-        for (int y = 0; y < rows.rows;) {
-            const int first = at_ % strip_rows_, begin = at_ - first,
-                      in_strip = std::min(strip_rows_, size_.height - begin),
-                      count = std::min(in_strip - first, rows.rows - y);
-            const cv::Mat part = rows.rowRange(y, y + count);
-            if (count == in_strip && part.isContinuous()) {
-                write_strip(part);
-            } else {
-                strip_.create(strip_rows_, size_.width, rows.type());
-                part.copyTo(strip_.rowRange(first, first + count));
-                if (first + count == in_strip)
-                    write_strip(strip_.rowRange(0, in_strip));
-            }
-            at_ += count;
-            y += count;
-        }
-    }
-
-    void finish() override {
-        check(TIFFWriteDirectory(tiff_.get()));
-        tiff_.reset();
-        check(true);
-    }
-
-private:
-    void write_strip(const cv::Mat& strip) {
-        const auto size = static_cast<tmsize_t>(strip.total() * strip.elemSize());
-        check(TIFFWriteEncodedStrip(tiff_.get(), number_++, strip.data, size) == size);
-    }
-    void check(bool written) const {
-        if (stream_.failure)
-            std::rethrow_exception(stream_.failure);
-        if (!written)
-            throw Error("libtiff cannot write it: " + stream_.error);
-    }
-
-    Stream stream_;
-    cv::Size size_;
-    Tiff tiff_;
-    cv::Mat strip_; // rows that are not written yet
-    int strip_rows_ = 0, at_ = 0;
-    std::uint32_t number_ = 0;
-};
-
 } // namespace
-
-std::unique_ptr<RowEncoder> tiff_encoder(ByteSink& sink, cv::Size size, int type, const PictureFormat& format) {
-    return std::make_unique<Encoder>(sink, size, type, format);
-}
 
 Bytes tiff_bytes(const cv::Mat& image, const PictureFormat& format) {
     MemorySink memory(image);
-    Encoder encoder(memory, image.size(), image.type(), format);
-    encoder.write(image);
-    encoder.finish();
+    Stream stream{.out = &memory};
+    const auto check = [&](bool written) {
+        if (stream.failure)
+            std::rethrow_exception(stream.failure);
+        if (!written)
+            throw Error("libtiff cannot write it: " + stream.error);
+    };
+    const std::size_t row = image.elemSize() * static_cast<std::size_t>(image.cols),
+                      all = row * static_cast<std::size_t>(image.rows);
+    const int strip_rows = all <= most_in_one_strip ? image.rows : std::max(static_cast<int>(bytes_of_a_strip / row), 1);
+    Tiff tiff = open(stream, all > end_of_classic ? "w8" : "w");
+    check(tiff != nullptr);
+    const auto set = [&](std::uint32_t tag, auto... value) {
+        if (!TIFFSetField(tiff.get(), tag, value...))
+            throw Error("libtiff does not take field " + std::to_string(tag) + ": " + stream.error);
+    };
+    set(TIFFTAG_IMAGEWIDTH, image.cols);
+    set(TIFFTAG_IMAGELENGTH, image.rows);
+    set(TIFFTAG_BITSPERSAMPLE, 8 * static_cast<int>(image.elemSize1()));
+    set(TIFFTAG_SAMPLEFORMAT, image.depth() == CV_32F ? SAMPLEFORMAT_IEEEFP : SAMPLEFORMAT_UINT);
+    set(TIFFTAG_SAMPLESPERPIXEL, image.channels());
+    set(TIFFTAG_PHOTOMETRIC, image.channels() >= 3 ? PHOTOMETRIC_RGB : PHOTOMETRIC_MINISBLACK);
+    set(TIFFTAG_PLANARCONFIG, PLANARCONFIG_CONTIG);
+    set(TIFFTAG_COMPRESSION, COMPRESSION_NONE);
+    set(TIFFTAG_ROWSPERSTRIP, strip_rows);
+    const std::uint16_t alpha = image.depth() == CV_32F ? EXTRASAMPLE_UNSPECIFIED : EXTRASAMPLE_UNASSALPHA;
+    if (image.channels() == 4)
+        set(TIFFTAG_EXTRASAMPLES, 1, &alpha);
+    if (!format.icc.empty())
+        set(TIFFTAG_ICCPROFILE, static_cast<std::uint32_t>(format.icc.size()), format.icc.data());
+    std::uint32_t number = 0;
+    for (int y = 0; y < image.rows; y += strip_rows) {
+        const cv::Mat part = image.rowRange(y, std::min(y + strip_rows, image.rows));
+        const cv::Mat strip = part.isContinuous() ? part : part.clone();
+        const auto size = static_cast<tmsize_t>(strip.total() * strip.elemSize());
+        check(TIFFWriteEncodedStrip(tiff.get(), number++, strip.data, size) == size);
+    }
+    check(TIFFWriteDirectory(tiff.get()));
+    tiff.reset();
+    check(true);
     return std::move(memory.bytes);
 }
 
