@@ -231,30 +231,6 @@ TEST_CASE("show names the channels that there are, and how to choose one") {
     CHECK(told(folder, points, {"--channel", "P.X"})["max"] == 4);
 }
 
-TEST_CASE("show knows what a PNG holds that the program wrote with a record") {
-    const Folder folder;
-    const std::string depth = depth_file(folder, "depth.exr"), camera = camera_file(folder);
-    const auto made = [&](const Arguments& what, const std::string& name) {
-        check_done(joined(what, {depth, "--camera", camera, "-o", folder / name, "--quiet"}));
-        return folder / name;
-    };
-    const std::string ao = made({"ssao", "--radius", "0.2", "--resume"}, "ao.png");
-    const nlohmann::json occlusion = told(folder, ao);
-    CHECK(occlusion["shows"] == "AO");
-    CHECK(occlusion["range"] == nlohmann::json({0, 1}));
-    const cv::Mat codes = cv::imread(ao, cv::IMREAD_UNCHANGED);
-    double least = 0;
-    cv::minMaxLoc(codes, &least);
-    CHECK(occlusion["min"].get<double>() == Approx(least / 65535));
-
-    const nlohmann::json z = told(folder, made({"linearize", "--png-scale", "0.01", "--resume"}, "z.png"));
-    CHECK(z["shows"] == "Z");
-    const nlohmann::json exr = told(folder, made({"linearize"}, "z.exr"));
-    CHECK(z["min"].get<double>() == Approx(exr["min"].get<double>()).margin(0.5 / 655.35)); // of the code
-    CHECK(told(folder, made({"normals", "--resume"}, "n.png"))["shows"] == "normals");
-    CHECK(told(folder, made({"ssao", "--radius", "0.2"}, "plain.png"))["shows"] == "codes of 16 bits");
-}
-
 TEST_CASE("show refuses what it cannot do in one line") {
     const Folder folder;
     const std::string file = depth_file(folder, "depth.exr"), out = folder / "out/p.png";

@@ -21,9 +21,6 @@
 /// What each format can do; `read_depth` and `write_image` choose among them.
 namespace fathom::io {
 
-/// What a record is called in a file: see recorded.hpp.
-inline constexpr const char* record_name = "fathom:record";
-
 /// Whether this machine keeps the lowest byte of a number first.
 inline constexpr bool is_little_endian = std::endian::native == std::endian::little;
 
@@ -195,9 +192,7 @@ struct MemorySink {
 };
 
 /// The bytes of a file that holds `image`, a CV_32F matrix in the file's order: x, y, z or R, G, B, A.
-/// An EXR has the record in its header, if one is given.
-Bytes exr_bytes(const std::filesystem::path& file, const cv::Mat& image, const WriteOptions& options,
-                const std::string& record = {});
+Bytes exr_bytes(const std::filesystem::path& file, const cv::Mat& image, const WriteOptions& options);
 Bytes tiff_bytes(const cv::Mat& image, const PictureFormat& format = {});
 Bytes npy_bytes(const cv::Mat& image, bool is_color);
 Bytes pfm_bytes(const cv::Mat& image, bool is_color); ///< 1 or 3 channels

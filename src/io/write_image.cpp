@@ -1,6 +1,5 @@
 // Results into files; the extension says which format.
 #include "formats.hpp"
-#include "recorded.hpp"
 #include "replace_files.hpp"
 
 #include <fathom/error.hpp>
@@ -40,14 +39,13 @@ std::vector<std::string> channel_names(const std::filesystem::path& file, const 
     return options.channels;
 }
 
-io::Bytes encoded(const std::filesystem::path& file, const cv::Mat& image, const WriteOptions& options,
-                  const std::string& record, bool is_color) {
+io::Bytes encoded(const std::filesystem::path& file, const cv::Mat& image, const WriteOptions& options, bool is_color) {
     const auto in_file_order = [&] { return is_color ? io::swap_red_and_blue(image) : image; };
     const auto extension = extension_of(file);
     if (extension == ".exr") {
         WriteOptions named = options;
         named.channels = channel_names(file, image, options);
-        return io::exr_bytes(file, image, named, record);
+        return io::exr_bytes(file, image, named);
     }
     if (extension == ".npy")
         return io::npy_bytes(image, is_color);
@@ -93,12 +91,12 @@ auto described_failure(const std::filesystem::path& file, const Encode& encode) 
 }
 
 /// `is_color`: the image is B, G, R, and a file that is no EXR R, G, B.
-io::Bytes bytes_of_values(const ImageFile& given, const std::string& record, bool is_color = false) {
+io::Bytes bytes_of_values(const ImageFile& given, bool is_color = false) {
     const auto& file = given.file;
     const cv::Mat& image = given.image;
     if (image.empty() || image.dims != 2 || image.depth() != CV_32F)
         refuse(file, "only images of 32-bit floats can be written; convert it first");
-    return described_failure(file, [&] { return encoded(file, image, given.options, record, is_color); });
+    return described_failure(file, [&] { return encoded(file, image, given.options, is_color); });
 }
 
 void name_colors(ImageFile& picture) {
@@ -112,7 +110,7 @@ void name_colors(ImageFile& picture) {
     }
 }
 
-io::Bytes bytes_of_color(ImageFile picture, const std::string& record) {
+io::Bytes bytes_of_color(ImageFile picture) {
     name_colors(picture);
     if (picture.format && picture.image.depth() == CV_32F) {
         const auto bytes = described_failure(picture.file, [&] {
@@ -125,12 +123,11 @@ io::Bytes bytes_of_color(ImageFile picture, const std::string& record) {
     if (extension_of(picture.file) == ".exr") // whose channels have names
         for (std::size_t i = 0; i + 2 < names.size(); i += static_cast<std::size_t>(picture.image.channels()))
             std::swap(names[i], names[i + 2]);
-    return bytes_of_values(picture, record, true);
+    return bytes_of_values(picture, true);
 }
 
-/// The bytes of a file; those of an EXR hold the record.
-io::Bytes bytes_of(const ImageFile& image, const std::string& record = {}) {
-    return image.kind == ImageKind::color ? bytes_of_color(image, record) : bytes_of_values(image, record);
+io::Bytes bytes_of(const ImageFile& image) {
+    return image.kind == ImageKind::color ? bytes_of_color(image) : bytes_of_values(image);
 }
 
 } // namespace
@@ -148,33 +145,6 @@ void write_images(const std::vector<ImageFile>& images) {
     for (const ImageFile& image : images)
         files.push_back({image.file, bytes_of(image)});
     io::replace_files(files);
-}
-
-void io::write_recorded(const std::vector<ImageFile>& images, const RecordOf& record_of) {
-    // The record holds what depends on the bytes around it, so that its place is made before.
-    const std::string placeholder = record_of(std::vector<Rest>(images.size()));
-    std::vector<NewFile> files; // all but the first
-    for (std::size_t i = 1; i < images.size(); ++i)
-        files.push_back({images[i].file, bytes_of(images[i])});
-    const std::filesystem::path& file = images.front().file;
-    RecordedFile main{.bytes = bytes_of(images.front(), placeholder), .record = {}};
-    const bool png = extension_of(file) == ".png", exr = extension_of(file) == ".exr";
-    if (exr)
-        main = find_record(std::move(main.bytes)).value();
-    std::vector<Rest> rests{main.rest()};
-    for (const NewFile& each : files)
-        rests.push_back({std::span(each.bytes), {}});
-    const std::string record = record_of(rests);
-    if (exr)
-        std::ranges::copy(record, main.bytes.begin() + static_cast<std::ptrdiff_t>(main.first));
-    if (png)
-        main = png_with_record(std::move(main.bytes), record);
-    files.push_back({file, std::move(main.bytes)});
-    if (!exr && !png)
-        files.push_back({sidecar_of(file), Bytes(record.begin(), record.end())});
-    if (!exr && !png)
-        files.back().bytes.push_back('\n');
-    replace_files(files);
 }
 
 } // namespace fathom

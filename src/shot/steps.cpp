@@ -115,7 +115,7 @@ void Steps::read(Work& work) const {
         examine(work);
 }
 
-// Takes the hashes of what the input is read from before it is read: a file that changes meanwhile has another one next time.
+// Asks for the times of what the input is read from before it is read: a file that changes meanwhile has another one next time.
 bool Steps::is_finished(Work& work) const {
     if (!records_)
         return false;
@@ -360,10 +360,9 @@ void Steps::write(Work& work) const {
         work.raw = io::raw_bytes(files.front(), result_format(options_, outputs_.front(), more_.companions));
         files.erase(files.begin());
     }
+    write_images(files);
     if (work.record)
-        io::write_recorded(files, [&](const auto& bytes) { return records_->text(*work.record, bytes); });
-    else
-        write_images(files);
+        records_->write(*work.record, frame);
 }
 
 std::size_t Steps::bytes(const Work& work) const {

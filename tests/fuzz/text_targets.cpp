@@ -4,7 +4,6 @@
 #include "camera_file/file.hpp"
 #include "cli/command.hpp"
 #include "cli/program.hpp"
-#include "io/recorded.hpp"
 #include "sequence/frame_pattern.hpp"
 #include "sequence/frame_range.hpp"
 #include "sequence/frame_values.hpp"
@@ -143,13 +142,6 @@ void run_values(Input input) {
     read_or_refuse(file, [&] { expect(!sequence::read_frame_values(file, "focus-distance").empty(), "no value"); });
 }
 
-// Records in results. The first byte is no part of them.
-void run_records(Input input) {
-    taken_choice(input);
-    if (const auto found = io::find_record(Bytes(input.begin(), input.end())))
-        expect(found->rest()[0].size() + found->rest()[1].size() <= input.size(), "more than there was");
-}
-
 // An argument in each line; the first one is the command. A new program now and then: options keep what they had.
 void run_command_line(Input input) {
     static std::unique_ptr<cli::Program> program;
@@ -188,7 +180,6 @@ constexpr Target targets[] = {
     {"frames", run_frames, nullptr, 64},
     {"pattern", run_pattern, nullptr, 64},
     {"values", run_values, nullptr, longest_text},
-    {"records", run_records, nullptr, longest_text},
     {"command_line", run_command_line, nullptr, 256},
 };
 

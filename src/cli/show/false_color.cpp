@@ -1,11 +1,9 @@
 // Pictures of what people cannot see: depth and masks in false color, normals, light.
 #include "false_color.hpp"
 
-#include "cli/options/described.hpp"
 #include "io/color_encoding.hpp"
 #include "io/exr/depth_channels.hpp"
 #include "io/formats.hpp"
-#include "io/recorded.hpp"
 #include "terminal/messages.hpp"
 
 #include <fathom/error.hpp>
@@ -13,7 +11,6 @@
 #include <fathom/picture.hpp>
 
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
 
 #include <opencv2/imgproc.hpp>
 
@@ -158,44 +155,11 @@ bool any_negative(const cv::Mat& vectors) {
     return false;
 }
 
-// Codes say nothing of their values. The record of a PNG that the program itself wrote does: docs/sequences.md.
-std::optional<Viewed> from_record(const fs::path& file, io::Bytes bytes, const cv::Mat& codes) {
-    const auto recorded = io::holds_record(file) ? io::find_record(std::move(bytes)) : std::nullopt;
-    const auto record = nlohmann::json::parse(recorded ? recorded->record : "", nullptr, false);
-    if (codes.depth() != CV_16U || !record.is_object())
-        return std::nullopt;
-    try {
-        const nlohmann::json options = record.value("options", nlohmann::json::object());
-        const std::string command = record.value("command", "");
-        const auto operation = std::ranges::find(description::operations(), command,
-                                                 [](const auto& each) { return spelled(each.name).substr(2); });
-        if (operation == description::operations().end())
-            return std::nullopt;
-        const std::shared_ptr<void> call = operation->make(nullptr);
-        for (const description::Option& option : operation->options)
-            if (const std::string name = spelled(option); options.contains(name) && !option.choices().empty())
-                if (const auto value = parse(option, options[name].get<std::string>()))
-                    operation->set(call.get(), option, *value);
-        const Content content = operation->results_of(call.get(), {}).front().content;
-        if (content.of == Content::Of::directions && codes.channels() == 3)
-            return normals_of(file, "");
-        const std::string channel = options.value("--mask", content.channels); // one of several first results
-        const double scale = options.value("--png-scale", 1.0);
-        if (is_values(content) && codes.channels() == 1 && scale > 0)
-            return values_called(channel, floats(codes, 1 / (65535 * scale)));
-    } catch (const nlohmann::json::exception&) { // it is of another program
-    }
-    return std::nullopt;
-}
-
 Viewed from_plain(const fs::path& file, const std::string& wanted) {
     io::check_readable(file);
     if (!wanted.empty())
         io::refuse_layer(file, wanted);
-    io::Bytes bytes = io::within_memory(file, [&] { return io::read_image_file(file); });
-    const std::optional<cv::Mat> image = io::within_memory(file, [&] { return io::read_plain(file, bytes); });
-    if (auto recorded = image ? from_record(file, std::move(bytes), *image) : std::nullopt)
-        return *recorded;
+    const std::optional<cv::Mat> image = io::within_memory(file, [&] { return io::read_plain(file); });
     if (!image || (image->channels() != 1 && image->depth() != CV_32F))
         return picture_in(file, wanted);
     if (image->channels() == 1)

@@ -83,7 +83,7 @@ bool keeps_every_bit(Imf::Compression compression) {
 bool is_stale(const std::string& name) {
     static const std::set<std::string> stale{"channels",           "chunkCount", "compression", "dataWindow",
                                              "lineOrder",          "preview",    "tiles",       "type",
-                                             "maxSamplesPerPixel", "version",    record_name};
+                                             "maxSamplesPerPixel", "version",    "fathom:record"};
     return stale.contains(name);
 }
 
@@ -155,19 +155,11 @@ bool takes_channels(const Imf::MultiPartInputFile& exr, const Imf::Header& added
            header.dataWindow() == added.dataWindow();
 }
 
-/// The record of what is written takes the place of the source's.
-void set_record(Imf::Header& header, const std::string& record) {
-    header.erase(record_name);
-    if (!record.empty())
-        header.insert(record_name, Imf::StringAttribute(record));
-}
-
 /// The only part of a file and the new channels side by side.
 void append_channels(Stream& stream, Imf::MultiPartInputFile& exr, const Pixels& pixels,
-                     const std::optional<ExrCompression>& compression, const std::string& record) {
+                     const std::optional<ExrCompression>& compression) {
     Imf::Header header = exr.header(0);
     header.erase("preview");
-    set_record(header, record);
     header.erase("chunkCount");
     header.zipCompressionLevel() = zip_level;
     if (compression)
@@ -197,13 +189,12 @@ void copy_part(Imf::MultiPartInputFile& from, Imf::MultiPartOutputFile& to, int 
 
 /// All parts of a file as they are, and the new channels as one more.
 void append_part(Stream& stream, Imf::MultiPartInputFile& exr, Imf::Header header, const Pixels& pixels,
-                 const std::string& name, const std::string& record) {
+                 const std::string& name) {
     std::vector<Imf::Header> headers;
     std::set<std::string> names;
     for (int i = 0; i < exr.parts(); ++i) {
         Imf::Header& each = headers.emplace_back(exr.header(i));
         each.erase("chunkCount");
-        set_record(each, i == 0 ? record : "");
         if (!each.hasType())
             each.setType(each.hasTileDescription() ? Imf::TILEDIMAGE : Imf::SCANLINEIMAGE);
         if (!each.hasName())
@@ -242,7 +233,7 @@ std::string layer_of(const std::vector<std::string>& channels) {
 }
 
 void append(Stream& stream, const Imf::Header& header, const std::filesystem::path& file, const Pixels& pixels,
-            const WriteOptions& options, const std::string& record) {
+            const WriteOptions& options) {
     Imf::MultiPartInputFile exr = open_exr(options.source->file);
     check_tiles(options.source->file, exr);
     for (int i = 0; i < exr.parts(); ++i)
@@ -250,27 +241,25 @@ void append(Stream& stream, const Imf::Header& header, const std::filesystem::pa
             refuse(options.source->file, "is incomplete: some of its rows were never written; copy it again, or write "
                                          "the result alone (without --append)");
     if (!takes_channels(exr, header))
-        return append_part(stream, exr, header, pixels, layer_of(pixels.names), record);
+        return append_part(stream, exr, header, pixels, layer_of(pixels.names));
     for (const std::string& name : pixels.names)
         if (exr.header(0).channels().findChannel(name))
             refuse(file, "cannot have two channels \"" + printable(name) + "\", and " + options.source->file.native() +
                              " has one; append to a file without it");
-    append_channels(stream, exr, pixels, options.compression, record);
+    append_channels(stream, exr, pixels, options.compression);
 }
 
 } // namespace
 
-Bytes exr_bytes(const std::filesystem::path& file, const cv::Mat& image, const WriteOptions& options,
-                const std::string& record) {
+Bytes exr_bytes(const std::filesystem::path& file, const cv::Mat& image, const WriteOptions& options) {
     MemorySink memory(image);
     Stream stream(memory);
     Imf::Header header = header_of(image.size(), options);
     const Pixels pixels(file, image, options);
     if (options.source && options.source->append) {
         refusing_damage(options.source->file, // what is written goes into memory, so that only this one can fail
-                        [&] { append(stream, header, file, pixels, options, record); });
+                        [&] { append(stream, header, file, pixels, options); });
     } else {
-        set_record(header, record);
         Imf::FrameBuffer frame;
         pixels.add_to(header, frame);
         write(stream, header, frame);

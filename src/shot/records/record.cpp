@@ -1,8 +1,7 @@
 // What makes a result, as one line of JSON.
 #include "record.hpp"
 
-#include "content_hash.hpp"
-
+#include "camera_file/file.hpp"
 #include "io/replace_files.hpp"
 #include "runtime/context.hpp"
 #include "runtime/program.hpp"
@@ -12,6 +11,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <fstream>
 #include <iterator>
 #include <set>
 #include <sstream>
@@ -44,6 +44,14 @@ ordered_json value_of(const std::string& text) {
         numbers.push_back(*number);
     }
     return numbers.size() == 1 ? numbers.front() : numbers.empty() ? ordered_json(text) : numbers;
+}
+
+// Null where there is no file.
+ordered_json state_of(const std::filesystem::path& file) {
+    std::error_code none;
+    const auto size = std::filesystem::file_size(file, none);
+    const auto time = none ? std::filesystem::file_time_type{} : std::filesystem::last_write_time(file, none);
+    return none ? ordered_json() : ordered_json{size, time.time_since_epoch().count()};
 }
 
 ordered_json options_of(const std::vector<Given>& given, const std::set<std::string>& not_counted) {
@@ -79,16 +87,15 @@ Records::Records(const DepthOptions& options, const std::vector<Output>& outputs
 }
 
 ordered_json Records::of(const Job& job, const std::string& camera) const {
-    ordered_json values = ordered_json::object(), inputs{{"depth", hash_of_files({job.input})}};
+    ordered_json values = ordered_json::object(), inputs{{"depth", state_of(job.input)}};
     for (std::size_t i = 0; i < job.values.size(); ++i)
         values[options_.animations[i].option] = value_of(job.values[i]);
     for (std::size_t i = 0; i < companions_.size(); ++i)
-        inputs[companions_[i].option] = hash_of_files({job.companions[i]});
-    if (const auto files = options_.camera.files_for(job.read_as()); !files.empty())
-        inputs["camera"] = hash_of_files(files);
+        inputs[companions_[i].option] = state_of(job.companions[i]);
+    for (const std::filesystem::path& file : options_.camera.files_for(job.read_as()))
+        inputs["camera"].push_back(state_of(file));
     if (!camera.empty()) // a file may hold many, and the name of the depth chooses one
-        inputs["camera used"] =
-            content_hash({{{reinterpret_cast<const unsigned char*>(camera.data()), camera.size()}}});
+        inputs["camera used"] = io::digest(camera);
     if (job.range)
         values["range of the shot"] = *job.range;
     ordered_json record = common_;
@@ -97,28 +104,27 @@ ordered_json Records::of(const Job& job, const std::string& camera) const {
     return record;
 }
 
-std::string Records::text(const ordered_json& record, const std::vector<io::Rest>& results) const {
-    ordered_json line = record;
+std::string Records::line_of(ordered_json record, const Job& job) const {
     for (std::size_t i = 0; i < outputs_.size(); ++i)
-        line["outputs"][outputs_[i].option] = content_hash(results[i]);
-    return line.dump(-1, ' ', true, ordered_json::error_handler_t::replace);
+        record["outputs"][outputs_[i].option] = state_of(job.outputs[i]);
+    return record.dump(-1, ' ', true, ordered_json::error_handler_t::replace) + '\n';
 }
 
 bool Records::is_finished(const ordered_json& record, const Job& job) const {
-    const auto main = io::read_recorded(job.outputs.front());
-    if (!main)
-        return false;
-    std::vector<io::Rest> results{main->rest()};
-    std::vector<io::Bytes> others;
-    others.reserve(job.outputs.size());
-    for (std::size_t i = 1; i < job.outputs.size(); ++i) {
-        auto bytes = io::read_if_there(job.outputs[i]);
-        if (!bytes || bytes->empty())
-            return false;
-        others.push_back(std::move(*bytes));
-        results.push_back({std::span<const unsigned char>(others.back()), {}});
-    }
-    return text(record, results) == main->record;
+    const bool all_there = std::ranges::all_of(job.outputs, [](const auto& output) { return !state_of(output).is_null(); });
+    std::ifstream stream(record_of(job.outputs.front()), std::ios::binary);
+    const std::string line{std::istreambuf_iterator<char>(stream), {}};
+    return all_there && line == line_of(record, job);
+}
+
+void Records::write(const ordered_json& record, const Job& job) const {
+    const std::string line = line_of(record, job);
+    const io::NewFile files[]{{record_of(job.outputs.front()), io::Bytes(line.begin(), line.end())}};
+    io::replace_files(files);
+}
+
+std::filesystem::path record_of(const std::filesystem::path& file) {
+    return file.native() + ".fathom.json";
 }
 
 std::string device_class(const Device& device) {
@@ -129,15 +135,10 @@ std::string device_class(const Device& device) {
 }
 
 std::string kernels_hash() {
-    std::vector<std::span<const unsigned char>> parts;
-    const auto add = [&](const std::string& text) {
-        parts.emplace_back(reinterpret_cast<const unsigned char*>(text.c_str()), text.size() + 1);
-    };
-    for (const auto& [name, text] : fathom_kernel_files()) {
-        add(name);
-        add(text);
-    }
-    return content_hash(parts);
+    std::string all;
+    for (const auto& [name, text] : fathom_kernel_files())
+        all.append(name).append(1, '\0').append(text).append(1, '\0');
+    return io::digest(all);
 }
 
 void remove_abandoned(const std::vector<Job>& jobs) {
@@ -145,8 +146,8 @@ void remove_abandoned(const std::vector<Job>& jobs) {
     for (const Job& job : jobs)
         for (const std::filesystem::path& output : job.outputs) {
             files.push_back(output);
-            if (output == job.outputs.front() && !io::holds_record(output))
-                files.push_back(io::sidecar_of(output));
+            if (output == job.outputs.front())
+                files.push_back(record_of(output));
         }
     io::remove_abandoned(files);
 }
