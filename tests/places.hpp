@@ -5,7 +5,7 @@ namespace fathom::test::places {
 
 extern const char *const sources, *const shared_data;
 extern const char *const program, *const failing_malloc; // empty without fathom_io
-extern const char* const layer; // between OpenCL's loader and its drivers: tests/opencl_layer
-extern const bool sanitized;    // under AddressSanitizer memory has other sizes
+extern const char* const layer;                          // between OpenCL's loader and its drivers: tests/opencl_layer
+extern const bool sanitized;                             // under AddressSanitizer memory has other sizes
 
 } // namespace fathom::test::places

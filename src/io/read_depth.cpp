@@ -54,8 +54,7 @@ void check_codes(const std::filesystem::path& file, const cv::Mat& codes) {
                     refuse(file, "is no depth: its 32-bit integers are the bits of floats; save floats (.exr, .npy or "
                                  ".tif)");
                 refuse(file,
-                       "pixel (" + std::to_string(x) + ", " + std::to_string(y) + ") holds " +
-                           std::to_string(code) +
+                       "pixel (" + std::to_string(x) + ", " + std::to_string(y) + ") holds " + std::to_string(code) +
                            ", more than 24 bits; if depth lies in the high bits say so: \"packing\": "
                            "\"uint24-high\"" +
                            (code > 0x7fffffff ? "; if the number is " +

@@ -173,14 +173,10 @@ void run_command_line(Input input) {
 }
 
 constexpr Target targets[] = {
-    {"camera", run_camera, nullptr, longest_text},
-    {"calibration", run_calibration, nullptr, longest_text},
-    {"colmap", run_colmap, nullptr, longest_text},
-    {"preset", run_preset, nullptr, 256},
-    {"frames", run_frames, nullptr, 64},
-    {"pattern", run_pattern, nullptr, 64},
-    {"values", run_values, nullptr, longest_text},
-    {"command_line", run_command_line, nullptr, 256},
+    {"camera", run_camera, nullptr, longest_text}, {"calibration", run_calibration, nullptr, longest_text},
+    {"colmap", run_colmap, nullptr, longest_text}, {"preset", run_preset, nullptr, 256},
+    {"frames", run_frames, nullptr, 64},           {"pattern", run_pattern, nullptr, 64},
+    {"values", run_values, nullptr, longest_text}, {"command_line", run_command_line, nullptr, 256},
 };
 
 } // namespace

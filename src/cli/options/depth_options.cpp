@@ -290,7 +290,8 @@ void add_depth_options(CLI::App& app, DepthOptions& options, const Product& prod
     app.add_flag("--strict", options.strict, "take warnings for errors: no result is written")->group("Report");
     json->group("Report")->excludes(quiet);
     app.add_flag("--resume", options.resume,
-                 "keep what is finished: a line beside each result says what made it,\nand a frame is made only if that changed "
+                 "keep what is finished: a line beside each result says what made it,\nand a frame is made only if "
+                 "that changed "
                  "(docs/sequences.md)")
         ->group("Frames");
     add_option(

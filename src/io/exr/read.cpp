@@ -214,9 +214,9 @@ cv::Rect wanted_of(const std::filesystem::path& file, const Windows& held, const
 }
 
 /// Channels of one part.
-class Reader {
+class PartReader {
 public:
-    Reader(const std::filesystem::path& file, const std::vector<std::string>& names, const ExrPixels& wanted)
+    PartReader(const std::filesystem::path& file, const std::vector<std::string>& names, const ExrPixels& wanted)
         : exr_(open_exr(file)), file_(file) {
         check_tiles(file, exr_);
         const auto candidates = channels_of(exr_);
@@ -293,7 +293,7 @@ private:
 };
 
 /// Can the file hold what its header declares, and is a good part of what is read in the file?
-void Reader::check(Imf::Compression compression) const {
+void PartReader::check(Imf::Compression compression) const {
     std::uint64_t pixel_bytes = 0, widest = 0;
     for (const Candidate& channel : chosen_) {
         const std::uint64_t bytes = channel.type == Imf::HALF ? 2 : 4;
@@ -309,7 +309,7 @@ void Reader::check(Imf::Compression compression) const {
                           described(data_.size()) + ", so that nearly all of it is empty; crop the display window");
 }
 
-void Reader::read(const cv::Rect& held, const std::vector<cv::Mat>& pixels) {
+void PartReader::read(const cv::Rect& held, const std::vector<cv::Mat>& pixels) {
     refusing_damage(file_, [&] {
         const Imath::V2i first = corner_ + Imath::V2i(held.x, held.y);
         Imf::FrameBuffer frame;
@@ -331,7 +331,7 @@ bool begins_like_exr(const std::filesystem::path& file) {
 std::vector<DepthFile> read_exr(const std::filesystem::path& file, const std::vector<std::string>& channels,
                                 const ExrPixels& pixels) {
     return refusing_damage(file, [&] {
-        Reader reader(file, channels, pixels);
+        PartReader reader(file, channels, pixels);
         std::vector<DepthFile> images = reader.channels(); // without values
         const std::vector<cv::Mat> planes = reader.read();
         for (std::size_t i = 0; i < planes.size(); ++i)
@@ -341,7 +341,8 @@ std::vector<DepthFile> read_exr(const std::filesystem::path& file, const std::ve
 }
 
 Windows exr_windows(const std::filesystem::path& file, const std::string& channel) {
-    return refusing_damage(file, [&] { return Reader(file, {channel}, {.overscan = true}).channels().front().windows; });
+    return refusing_damage(file,
+                           [&] { return PartReader(file, {channel}, {.overscan = true}).channels().front().windows; });
 }
 
 int exr_part_of(const std::filesystem::path& file, const std::string& channel) {

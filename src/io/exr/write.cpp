@@ -81,8 +81,8 @@ bool keeps_every_bit(Imf::Compression compression) {
 
 /// The names of a header's attributes that say how the old pixels lay in their file, or show them.
 bool is_stale(const std::string& name) {
-    static const std::set<std::string> stale{"channels",           "chunkCount", "compression", "dataWindow",
-                                             "lineOrder",          "preview",    "tiles",       "type",
+    static const std::set<std::string> stale{"channels",           "chunkCount", "compression",  "dataWindow",
+                                             "lineOrder",          "preview",    "tiles",        "type",
                                              "maxSamplesPerPixel", "version",    "fathom:record"};
     return stale.contains(name);
 }
@@ -117,8 +117,8 @@ struct Pixels {
             for (int i = 0; i < image.cols * image.channels(); ++i)
                 if (const float value = floats.ptr<float>(y)[i];
                     std::isfinite(value) && (image.ptr<std::uint16_t>(y)[i] & 0x7fff) == 0x7c00)
-                    refuse(file, "pixel (" + std::to_string(i / image.channels()) + ", " + std::to_string(y) +
-                                     ") is " + std::to_string(value) +
+                    refuse(file, "pixel (" + std::to_string(i / image.channels()) + ", " + std::to_string(y) + ") is " +
+                                     std::to_string(value) +
                                      ", and a half ends at 65504; write floats of 32 bits (without --half)");
     }
 
@@ -127,9 +127,9 @@ struct Pixels {
             header.channels().insert(name, Imf::Channel(type));
         const auto channels = static_cast<std::size_t>(image.channels());
         for (std::size_t i = 0; i < names.size(); ++i)
-            frame.insert(names[i], Imf::Slice::Make(type, image.data + i % channels * image.elemSize1(),
-                                                    header.dataWindow().min, image.cols, image.rows,
-                                                    image.elemSize(), image.step));
+            frame.insert(names[i],
+                         Imf::Slice::Make(type, image.data + i % channels * image.elemSize1(), header.dataWindow().min,
+                                          image.cols, image.rows, image.elemSize(), image.step));
     }
 
     cv::Mat image;

@@ -502,7 +502,8 @@ Bytes tiff_bytes(const cv::Mat& image, const PictureFormat& format) {
     };
     const std::size_t row = image.elemSize() * static_cast<std::size_t>(image.cols),
                       all = row * static_cast<std::size_t>(image.rows);
-    const int strip_rows = all <= most_in_one_strip ? image.rows : std::max(static_cast<int>(bytes_of_a_strip / row), 1);
+    const int strip_rows =
+        all <= most_in_one_strip ? image.rows : std::max(static_cast<int>(bytes_of_a_strip / row), 1);
     Tiff tiff = open(stream, all > end_of_classic ? "w8" : "w");
     check(tiff != nullptr);
     const auto set = [&](std::uint32_t tag, auto... value) {

@@ -111,7 +111,8 @@ std::string Records::line_of(ordered_json record, const Job& job) const {
 }
 
 bool Records::is_finished(const ordered_json& record, const Job& job) const {
-    const bool all_there = std::ranges::all_of(job.outputs, [](const auto& output) { return !state_of(output).is_null(); });
+    const bool all_there =
+        std::ranges::all_of(job.outputs, [](const auto& output) { return !state_of(output).is_null(); });
     std::ifstream stream(record_of(job.outputs.front()), std::ios::binary);
     const std::string line{std::istreambuf_iterator<char>(stream), {}};
     return all_there && line == line_of(record, job);
