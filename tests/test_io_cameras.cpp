@@ -730,46 +730,10 @@ TEST_CASE("cameras: RealSense's intrinsics, whatever their model is called", "[i
     check_says([&] { import_camera(file(none)); }, {"does not say what the values", "--preset realsense"});
 }
 
-TEST_CASE("cameras: ORB-SLAM's settings and KITTI's lines of matrices", "[io][cameras]") {
+TEST_CASE("cameras: KITTI's lines of matrices", "[io][cameras]") {
     const TempFolder folder;
     World world(28);
     world.to_camera.setIdentity();
-    const auto settings = [&](const std::string& camera, const std::string& more) {
-        std::string text = "%YAML:1.0\n\n# a comment\n";
-        for (const char* line : {"fx: 500.0", "fy: 510.0", "cx: 321.5", "cy: 237.5"})
-            text += camera + line + "\n";
-        return put(folder / "TUM1.yaml", text + more);
-    };
-    for (const std::string& more : {std::string("Camera.k1: 0.0\nCamera.k2: 0.0\nDepthMapFactor: 5000.0\n"),
-                                    std::string("Camera.width: 640\nRGBD.DepthMapFactor: 5000.0\n")}) {
-        const ImportedCamera made = reread(folder, import_camera(settings("Camera.", more)));
-        CHECK(made.camera.scale == 1 / 5000.0);
-        CHECK(made.camera.missing == 0.0);
-        check_sees(camera_for(made, 640, 480), world.points(pixel), doubles);
-    }
-    check_sees(
-        camera_for(import_camera(settings("Camera1.", "Camera.type: \"Rectified\"\n"), {.preset = "tum"}), 640, 480),
-        world.points(pixel), doubles);
-    const auto lens_of = [&](const std::string& more) {
-        return import_camera(settings("Camera.", more), {.preset = "tum"}).camera.lens;
-    };
-    const auto brown =
-        lens_of("Camera.k1: 0.2\nCamera.k2: -0.7\nCamera.p1: -0.005\nCamera.p2: 0.002\nCamera.k3: 0.9\n");
-    REQUIRE(brown);
-    CHECK(brown->law == LensLaw::brown);
-    CHECK(brown->k == std::vector{0.2, -0.7, -0.005, 0.002, 0.9});
-    const auto fisheye = lens_of(
-        "Camera.type: \"KannalaBrandt8\"\nCamera.k1: 0.003\nCamera.k2: 0.0007\nCamera.k3: -0.002\nCamera.k4: 0.0002\n");
-    REQUIRE(fisheye);
-    CHECK(fisheye->law == LensLaw::opencv_fisheye);
-    CHECK(fisheye->k == std::vector{0.003, 0.0007, -0.002, 0.0002});
-    check_says([&] { lens_of("Camera.type: \"Omni\"\n"); },
-               {"TUM1.yaml: ", "must be PinHole, Rectified or KannalaBrandt8"});
-    check_says([&] { import_camera(settings("Camera.", "DepthMapFactor: 0\n")); }, {"how many codes a metre has"});
-    check_says([&] { import_camera(settings("Camera.", "")); }, {"does not say what the values", "--preset tum"});
-    check_says([&] { import_camera(put(folder / "cut.yaml", "Camera.fx: 500.0\n"), {.preset = "tum"}); },
-               {"cut.yaml: ", "\"Camera.fy\": nothing must be a finite number"});
-
     std::string lines = "calib_time: 09-Jan-2012 13:57:47\n";
     for (const char* camera : {"0", "1", "2", "3"})
         lines += std::string("P") + camera + ": 5.000000000000e+02 0 " + (camera[0] == '2' ? "321.5" : "300") + " -" +
@@ -782,6 +746,14 @@ TEST_CASE("cameras: ORB-SLAM's settings and KITTI's lines of matrices", "[io][ca
     check_says([&] { import_camera(file, {.preset = "kitti"}); },
                {"has 4 cameras; say which with --image: P0, P1, P2, P3"});
     check_says([&] { import_camera(file, {.image = "P2"}); }, {"does not say what the values", "--preset kitti"});
+}
+
+TEST_CASE("cameras: settings of ORB-SLAM and chains of Kalibr are refused with the page that helps", "[io][cameras]") {
+    const TempFolder folder;
+    for (const char* text : {"%YAML:1.0\n\nCamera.fx: 500.0\nCamera.fy: 510.0\n", "Camera1.fx: 500.0\n",
+                             "cam0:\n  camera_model: pinhole\n  intrinsics: [461.6, 460.3, 362.7, 248.1]\n"})
+        check_says([&] { import_camera(put(folder / "c.yaml", std::string(text)), {.preset = "tum"}); },
+                   {"c.yaml: ", "ORB-SLAM or Kalibr", "docs/cameras.md"});
 }
 
 TEST_CASE("cameras: a byte order mark before a text is no part of it", "[io][cameras]") {

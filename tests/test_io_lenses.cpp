@@ -319,51 +319,6 @@ TEST_CASE("lenses: nerfstudio's panoramas see where its formula says", "[io][len
     check_says([&] { camera(R"("fl_x": 100, "cx": 400, )"); }, {"transforms.json", "longitude_deg", "360"});
 }
 
-TEST_CASE("lenses: Kalibr's chains of cameras become lenses", "[io][lens]") {
-    const TempFolder folder;
-    const auto chain = put(folder / "camchain.yaml", R"(cam0:
-  cam_overlaps: [1]
-  camera_model: pinhole
-  distortion_coeffs: [-0.29, 0.08, 0.0002, 0.00002]
-  distortion_model: radtan
-  intrinsics: [461.6, 460.3, 362.7, 248.1]
-  resolution: [752, 480]
-  rostopic: /cam0/image_raw
-cam1:
-  camera_model: pinhole
-  distortion_coeffs: [-0.01, 0.02, -0.03, 0.04]
-  distortion_model: equidistant
-  intrinsics: [190.9, 190.8, 254.9, 256.8]
-  resolution: [512, 512]
-cam2:
-  camera_model: ds
-  distortion_coeffs: []
-  distortion_model: none
-  intrinsics: [-0.27, 0.57, 150.5, 150.6, 255.1, 256.2]
-  resolution: [512, 512]
-cam3: {camera_model: omni, distortion_model: radtan, distortion_coeffs: [0, 0, 0, 0], intrinsics: [0.8, 400, 400, 255, 255]}
-cam4: {camera_model: pinhole, distortion_model: none, distortion_coeffs: [], intrinsics: [400, 400, 255, 255]}
-)");
-    const auto camera = [&](const std::string& name, bool undistorted = false) {
-        return import_camera(chain, {.image = name, .preset = "encoding=view-z", .undistorted = undistorted}).camera;
-    };
-    CHECK(camera("cam0").lens.value().law == LensLaw::brown);
-    CHECK(camera("cam0").lens.value().k == std::vector<double>{-0.29, 0.08, 0.0002, 0.00002});
-    CHECK(camera("cam0").lens.value().cx == 363.2);
-    CHECK(camera("cam0").width == 752);
-    CHECK_FALSE(camera("cam0", true).lens);
-    CHECK(camera("cam1").lens.value().law == LensLaw::opencv_fisheye);
-    CHECK(camera("cam2").lens.value().law == LensLaw::double_sphere);
-    CHECK(camera("cam2").lens.value().k == std::vector<double>{-0.27, 0.57});
-    CHECK(camera("cam2").lens.value().fy == 150.6);
-    CHECK_FALSE(camera("cam4").lens);
-    check_says([&] { camera("cam3"); }, {"camchain.yaml", "omni", "radtan", "rays"});
-    check_says([&] { camera(""); }, {"camchain.yaml", "5 cameras", "--image", "cam0, cam1"});
-    check_says([&] { camera("cam7"); }, {"camchain.yaml", "cam7"});
-    const auto one = put(folder / "opencv.yml", "camera_matrix: [500, 0, 320, 0, 500, 240, 0, 0, 1]\n");
-    check_says([&] { import_camera(one, {.image = "cam0"}); }, {"opencv.yml", "--image", "Kalibr"});
-}
-
 TEST_CASE("lenses: a map of rays is read from EXR, TIFF and NPY, and is the lens that it was made of", "[io][lens]") {
     const TempFolder folder;
     const Camera fisheye = read(folder, pixels + R"("view_axes": "opencv", "lens": {"model": "opencv-fisheye",

@@ -235,7 +235,7 @@ Imported import_parsed(const fs::path& file, json json, const ImportOptions& opt
             file,
             "has no images, so leave out --image; that is for COLMAP, transforms.json, BOP and Open3D's trajectories");
     if (options.undistorted)
-        refuse(file, "is no calibration of OpenCV, ROS or Kalibr, which --undistorted is for; leave it out");
+        refuse(file, "is no calibration of OpenCV or ROS, which --undistorted is for; leave it out");
     return gltf                 ? import_gltf(file, json, options)
            : transforms         ? import_transforms(file, json, options)
            : bop                ? import_bop(file, json, options)

@@ -1,4 +1,4 @@
-// Calibrations in YAML: OpenCV's, ORB-SLAM's, Kalibr's, and CameraInfo of ROS as a file or as a printed message; KITTI's lines of matrices.
+// Calibrations in YAML: OpenCV's, and CameraInfo of ROS as a file or as a printed message; KITTI's lines of matrices.
 //   x = fx X/Z + cx, y = fy Y/Z + cy, pixels counted from the centre of the first one; x right, y down, z ahead
 // OpenCV, calib3d; ROS, sensor_msgs/CameraInfo and REP 104 (P of rectified images, K of raw ones; regions and binning
 // as image_geometry has them), REP 118 (integers are millimetres, 0 is not measured; floats are metres, NaN is not).
@@ -211,98 +211,6 @@ Imported import_ros(const fs::path& file, const YAML::Node& map, const ImportOpt
     return imported;
 }
 
-/// The cameras of Kalibr's chain, cam0 and so on.
-std::vector<std::string> cameras_of_kalibr(const YAML::Node& map) {
-    std::vector<std::string> names;
-    for (const auto& item : map)
-        if (item.second.IsMap() && item.second["camera_model"] && item.second["intrinsics"])
-            names.push_back(item.first.as<std::string>());
-    return names;
-}
-
-std::string word(const YAML::Node& map, const char* key) {
-    const YAML::Node node = value(map, {key});
-    return node.IsDefined() && node.IsScalar() ? node.Scalar() : "";
-}
-
-/// Kalibr, aslam_cv: pinholes with the distortions radtan and equidistant, which are OpenCV's, and double spheres.
-Imported import_kalibr(const fs::path& file, const YAML::Node& map, const ImportOptions& options) {
-    const std::vector<std::string> names = cameras_of_kalibr(map);
-    const std::string& name = names[chosen(file, names, options.image, options.depth, "camera", "--image")];
-    const YAML::Node own = map[name];
-    const std::string model = word(own, "camera_model"), distortion = word(own, "distortion_model");
-    const bool double_sphere = model == "ds", none = distortion.empty() || distortion == "none",
-               radtan = distortion == "radtan", equidistant = distortion == "equidistant";
-    if ((model != "pinhole" && !double_sphere) || (double_sphere && !none) || (!none && !radtan && !equidistant))
-        refuse(
-            file,
-            "\"" + name + "\": has the camera model " + model + " with the distortion " + (none ? "none" : distortion) +
-                ", which Fathom does not know; give its rays as an image, \"lens\": {\"rays\": FILE} (docs/camera.md)");
-    const std::size_t first = double_sphere ? 2 : 0; // behind xi and alpha
-    const auto numbers_of = matrix(file, own["intrinsics"], name + ".intrinsics", first + 4);
-    Imported imported{.keys = {{"view_axes", "opencv"},
-                               {"intrinsics",
-                                {{"fx", numbers_of[first]},
-                                 {"fy", numbers_of[first + 1]},
-                                 {"cx", numbers_of[first + 2]},
-                                 {"cy", numbers_of[first + 3]},
-                                 {"pixel_origin", "centre"}}}},
-                      .cure =
-                          "name its source or give the keys: --preset kinect, or --preset encoding=view-z,scale=0.001"};
-    if (const YAML::Node size = value(own, {"resolution"}); size.IsDefined()) {
-        matrix(file, size, name + ".resolution", 2);
-        imported.keys["width"] = count(file, size[0], name + ".resolution[0]");
-        imported.keys["height"] = count(file, size[1], name + ".resolution[1]");
-    }
-    if (double_sphere)
-        imported.keys["lens"] = {{"model", "double-sphere"}, {"k", {numbers_of[0], numbers_of[1]}}};
-    else if (!none && !options.undistorted) {
-        const std::string key = name + ".distortion_coeffs";
-        const auto k = matrix(file, own["distortion_coeffs"], key, 4);
-        set_lens(imported, equidistant ? fisheye_lens(file, k, key) : opencv_lens(file, k, key));
-    }
-    return imported;
-}
-
-/// ORB-SLAM2 and 3, Tracking::ParseCamParamFile: OpenCV's pinhole or fisheye, and how many codes a metre has.
-Imported import_orb_slam(const fs::path& file, const YAML::Node& map, const ImportOptions& options,
-                         const std::string& camera) {
-    const auto at = [&](const char* key) { return value(map, {(camera + key).c_str()}); };
-    const auto number_of = [&](const char* key) { return number(file, at(key), camera + key); };
-    Imported imported{.keys = {{"view_axes", "opencv"}},
-                      .cure =
-                          "name its source or give the keys: --preset tum, or --preset encoding=view-z,scale=0.001"};
-    json& pixels = imported.keys["intrinsics"] = {{"pixel_origin", "centre"}};
-    for (const char* key : {"fx", "fy", "cx", "cy"})
-        pixels[key] = number_of(key);
-    for (const char* key : {"width", "height"})
-        if (const int size = count(file, at(key), camera + key); size > 0)
-            imported.keys[key] = size;
-    const std::string type = word(map, "Camera.type");
-    const auto lens = [&]() -> json {
-        const bool is_fisheye = type == "KannalaBrandt8";
-        if (!is_fisheye && !type.empty() && type != "PinHole" && type != "Rectified")
-            refuse(file, "\"Camera.type\": " + type.substr(0, 60) + " must be PinHole, Rectified or KannalaBrandt8");
-        std::vector<double> k;
-        for (const char* key : {"k1", "k2", is_fisheye ? "k3" : "p1", is_fisheye ? "k4" : "p2", "k3"})
-            k.push_back(is_fisheye || at(key).IsDefined() ? number_of(key) : 0);
-        k.resize(is_fisheye ? 4 : 5);
-        return is_fisheye ? fisheye_lens(file, k, camera + "k1") : opencv_lens(file, k, camera + "k1");
-    };
-    if (options.undistorted)
-        set_raw_lens(imported, lens, pixels);
-    else if (type != "Rectified")
-        set_lens(imported, lens());
-    for (const char* key : {"DepthMapFactor", "RGBD.DepthMapFactor"})
-        if (const YAML::Node codes = value(map, {key}); codes.IsDefined()) {
-            if (!(number(file, codes, key) > 0))
-                refuse(file, std::string("\"") + key + "\": " + shown(codes) +
-                                 " must be positive: how many codes a metre has");
-            imported.otherwise = {{"encoding", "view-z"}, {"scale", 1 / number(file, codes, key)}, {"missing", 0}};
-        }
-    return imported;
-}
-
 /// Keys for a message.
 std::string keys_of(const YAML::Node& map) {
     std::vector<std::string> keys;
@@ -369,10 +277,13 @@ Imported imported(const fs::path& file, const ImportOptions& options) {
     if (!map.IsMap())
         refuse(
             file,
-            "holds no camera that Fathom knows: JSON, glTF, OpenEXR, YAML of OpenCV, ROS or Kalibr, or the numbers of "
+            "holds no camera that Fathom knows: JSON, glTF, OpenEXR, YAML of OpenCV or ROS, or the numbers of "
             "a camera matrix");
-    if (!cameras_of_kalibr(map).empty())
-        return import_kalibr(file, map, options);
+    for (const auto& item : map)
+        if (item.first.IsScalar() && (item.first.Scalar() == "Camera.fx" || item.first.Scalar() == "Camera1.fx" ||
+                                      (item.second.IsMap() && item.second["camera_model"])))
+            refuse(file, "holds a camera of ORB-SLAM or Kalibr, whose files are not read; docs/cameras.md says which of "
+                         "its numbers goes where in a camera file");
     if (const std::vector<std::string> names = cameras_of_kitti(map); !names.empty()) {
         const std::string& name = names[chosen(file, names, options.image, options.depth, "camera", "--image")];
         Imported camera = import_matrix(file, *matrix_in(map[name].Scalar()));
@@ -380,13 +291,10 @@ Imported imported(const fs::path& file, const ImportOptions& options) {
         return camera;
     }
     refuse_choice(file, options.image, "--image", formats_of_images);
-    for (const char* camera : {"Camera.", "Camera1."})
-        if (map[std::string(camera) + "fx"])
-            return import_orb_slam(file, map, options, camera);
     const bool ros = value(map, {"distortion_model", "projection_matrix", "k", "K"}).IsDefined();
     if (!ros && !map["camera_matrix"])
         refuse(file,
-               "has neither OpenCV's \"camera_matrix\" nor \"K\" of ROS nor cameras of Kalibr or ORB-SLAM; it has " +
+               "has neither OpenCV's \"camera_matrix\" nor \"K\" of ROS; it has " +
                    keys_of(map));
     return ros ? import_ros(file, map, options) : import_opencv(file, map, options);
 }

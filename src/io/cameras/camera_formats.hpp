@@ -16,9 +16,9 @@ bool exr_has_camera(const std::filesystem::path& file);
 /// Refuses an option that chooses among cameras, where the file has one.
 void refuse_choice(const std::filesystem::path& file, const std::string& chosen, const char* option,
                    const char* formats);
-inline constexpr const char* formats_of_images = "COLMAP, Kalibr, KITTI, transforms.json and BOP";
+inline constexpr const char* formats_of_images = "COLMAP, KITTI, transforms.json and BOP";
 
-/// OpenCV's calibration, CameraInfo of ROS or Kalibr's chain of cameras, in YAML.
+/// OpenCV's calibration or CameraInfo of ROS, in YAML.
 Imported import_calibration(const std::filesystem::path& file, const ImportOptions& options);
 
 /// COLMAP's cameras.bin or cameras.txt, or the folder that they lie in.

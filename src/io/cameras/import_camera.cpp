@@ -57,7 +57,7 @@ Imported imported_by_format(const fs::path& file, const ImportOptions& options) 
     if (exr)
         refuse_choice(file, options.image, "--image", formats_of_images);
     if (exr && options.undistorted)
-        refuse(file, "is no calibration of OpenCV, ROS or Kalibr, which --undistorted is for; leave it out");
+        refuse(file, "is no calibration of OpenCV or ROS, which --undistorted is for; leave it out");
     return exr ? import_exr(file) : import_calibration(file, options);
 }
 
