@@ -275,15 +275,14 @@ Imported imported(const fs::path& file, const ImportOptions& options) {
     }
     const YAML::Node map = YAML::Load(text); // of a printed topic the first message
     if (!map.IsMap())
-        refuse(
-            file,
-            "holds no camera that Fathom knows: JSON, glTF, OpenEXR, YAML of OpenCV or ROS, or the numbers of "
-            "a camera matrix");
+        refuse(file, "holds no camera that Fathom knows: JSON, glTF, OpenEXR, YAML of OpenCV or ROS, or the numbers of "
+                     "a camera matrix");
     for (const auto& item : map)
         if (item.first.IsScalar() && (item.first.Scalar() == "Camera.fx" || item.first.Scalar() == "Camera1.fx" ||
                                       (item.second.IsMap() && item.second["camera_model"])))
-            refuse(file, "holds a camera of ORB-SLAM or Kalibr, whose files are not read; docs/cameras.md says which of "
-                         "its numbers goes where in a camera file");
+            refuse(file,
+                   "holds a camera of ORB-SLAM or Kalibr, whose files are not read; docs/cameras.md says which of "
+                   "its numbers goes where in a camera file");
     if (const std::vector<std::string> names = cameras_of_kitti(map); !names.empty()) {
         const std::string& name = names[chosen(file, names, options.image, options.depth, "camera", "--image")];
         Imported camera = import_matrix(file, *matrix_in(map[name].Scalar()));
@@ -293,9 +292,7 @@ Imported imported(const fs::path& file, const ImportOptions& options) {
     refuse_choice(file, options.image, "--image", formats_of_images);
     const bool ros = value(map, {"distortion_model", "projection_matrix", "k", "K"}).IsDefined();
     if (!ros && !map["camera_matrix"])
-        refuse(file,
-               "has neither OpenCV's \"camera_matrix\" nor \"K\" of ROS; it has " +
-                   keys_of(map));
+        refuse(file, "has neither OpenCV's \"camera_matrix\" nor \"K\" of ROS; it has " + keys_of(map));
     return ros ? import_ros(file, map, options) : import_opencv(file, map, options);
 }
 
