@@ -55,9 +55,7 @@ void describe(const Visitor& v, Options& o) {
     v("seed", o.seed, whole(0, 4294967295.0),
       "another number gives another pattern of jitter, as frames need that are averaged");
     v("normals", o.normals, Kind::directions,
-      "normals of length 1. Where one faces away, or has another length by 0.02, as a renderer's mean over an edge, "
-      "the "
-      "depth's own counts, and such a mean only on strands, where depth has none",
+      "normals of length 1. Where a vector is none, faces away, or has another length, the depth's own counts",
       "from the depth");
     v("normals_space", o.normals_space, {"view", "world"},
       "axes of the normals that are given: the camera's or the world's, which need the camera's view matrix");

@@ -195,8 +195,8 @@ std::function<int()> configure_ssao(CLI::App& app) {
            "--normals", options->normals,
            described_words(
                described_ssao().options, "--normals",
-               ", as `fathom normals` writes them: EXR, PNG, TIFF or PFM. `none` leaves out those beside the depth "
-               "(default: Blender's pass beside the depth, if the camera file has a view; else from the depth)"))
+               ". EXR, PNG, TIFF or PFM, as `fathom normals` writes them. Blender's pass beside the depth is taken "
+               "by itself, if the camera file has a view; none leaves it out"))
         ->type_name("FILE|none")
         ->group("Input");
     app.add_option("--thickness-map", options->thickness_map,
