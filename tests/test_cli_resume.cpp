@@ -262,6 +262,20 @@ TEST_CASE("resume: a record lies beside every type of result, and its files have
         }
 }
 
+TEST_CASE("resume: a record is no input where a shell's * names it, and one that cannot be written leaves no result") {
+    const Folder folder;
+    const std::string camera = camera_file(folder), depth = depth_file(folder, "d.exr");
+    const Arguments command{"linearize", depth, "--camera", camera, "--resume", "-o"};
+    check_done(joined(command, {folder / "out/z.exr"}));
+    fs::copy(folder / "out/z.exr.fathom.json", depth + ".fathom.json");
+    const Outcome shell =
+        check_done({"linearize", depth, depth + ".fathom.json", "--camera", camera, "-o", folder / "more/", "--json"});
+    CHECK(lines_of(shell.out).size() == 1);
+    const Outcome refused = run(joined(command, {folder / ("out/" + std::string(245, 'n') + ".exr")}));
+    check_refused(refused, 1, "fathom.json");
+    CHECK(folder.results() == Names{"z.exr", "z.exr.fathom.json"});
+}
+
 namespace {
 
 /// Kills as many runs at random moments, and resumes them: every frame is made once.

@@ -301,8 +301,7 @@ TEST_CASE("ssao program: Blender's normals beside the depth count, if the camera
         const Outcome outcome =
             run(joined({"ssao", blender, "--camera", camera, "-o", output, "--radius", "0.8"}, more));
         CHECK(outcome.code == 0);
-        const bool said =
-            outcome.err.find("blender.exr: its normals count, the layer View.Normal") != std::string::npos;
+        const bool said = outcome.err.find("blender.exr: its pass of normals counts") != std::string::npos;
         return std::pair(channel(output, "AO"), said);
     };
     const auto [with_pass, said] = visibility(room.camera);
@@ -313,6 +312,22 @@ TEST_CASE("ssao program: Blender's normals beside the depth count, if the camera
     CHECK_FALSE(said_given);
     CHECK(same(with_pass, given));
     CHECK_FALSE(same(with_pass, without));
+    for (const auto& [changed, is_taken] :
+         {std::pair{std::vector<std::string>{"B.Normal.X", "B.Normal.Y", "B.Normal.Z", "A.Depth.Z"}, false},
+          {{"View.Normal.X", "View.Normal.Y", "View.Position.Z", "View.Depth.Z"}, false},
+          {{"View.Normal.X", "View.Normal.Y", "View.Normal.Z", "View.Depth.V"}, true}}) {
+        INFO(changed.front() << ", " << changed.back());
+        write_image(blender, all, {.channels = changed});
+        const auto [image, is_said] = visibility(room.camera);
+        CHECK(is_said == is_taken);
+        CHECK(same(image, is_taken ? with_pass : without));
+    }
+    cv::Mat means = all.clone(); // of hair: hardly a vector has a length of 1
+    for (cv::Vec4f& pixel : cv::Mat_<cv::Vec4f>(means))
+        pixel = {pixel[0] / 2, pixel[1] / 2, pixel[2] / 2, pixel[3]};
+    write_image(blender, means, {.channels = names});
+    CHECK(visibility(room.camera).second);
+    write_image(blender, all, {.channels = names});
     const Room nowhere("");
     const auto [of_view, said_of_view] = visibility(nowhere.camera);
     CHECK_FALSE(said_of_view);

@@ -140,6 +140,8 @@ TEST_CASE("exr: float, half and uint keep their values and say how they are stor
             CHECK(depth.values.type() == kind.first);
             CHECK(depth.storage == kind.second);
             check_pixels(depth.values, picture, 0);
+            if (type == Imf::UINT)
+                CHECK(read_depth(folder / "a.exr", {.packing = Packing::uint24_high}).storage == Storage::uint24_high);
         }
 }
 

@@ -290,12 +290,4 @@ Bytes read_head(const fs::path& file, std::size_t most) {
     return bytes;
 }
 
-void read_parts(const fs::path& file, const std::function<void(std::span<const unsigned char>)>& take) {
-    check_readable(file);
-    OpenFile opened(file);
-    Bytes buffer(1 << 18);
-    while (const std::size_t size = opened.read(buffer))
-        take(std::span(buffer).first(size));
-}
-
 } // namespace fathom::io

@@ -107,7 +107,4 @@ std::string text_of_file(const std::filesystem::path& file, std::uint64_t most =
 /// The first bytes of a file that is there; fewer than `most` of a shorter one.
 Bytes read_head(const std::filesystem::path& file, std::size_t most);
 
-/// Gives the content of a file to `take`, a part at a time.
-void read_parts(const std::filesystem::path& file, const std::function<void(std::span<const unsigned char>)>& take);
-
 } // namespace fathom::io

@@ -230,7 +230,9 @@ DepthFile read_depth(const std::filesystem::path& file, const ReadOptions& optio
         Colors colors;
         if (io::begins_like_exr(file)) {
             DepthFile depth = io::read_exr(file, {options.channel}, {.overscan = options.overscan}).front();
-            depth.values = interpreted(file, depth.values, options.packing, colors).values;
+            const DepthFile decoded = interpreted(file, depth.values, options.packing, colors);
+            depth.values = decoded.values;
+            depth.storage = decoded.storage;
             return depth;
         }
         const auto image = io::read_plain_depth(file, io::read_image_file(file), options);

@@ -71,6 +71,8 @@ fs::path target_of(const fs::path& file) {
     require_rounding();
     std::error_code error;
     const auto status = fs::status(file, error);
+    if (error == std::errc::filename_too_long) // before another file takes its place
+        refuse_write(file, "cannot be written", ENAMETOOLONG, cure);
     if (fs::is_directory(status))
         refuse(file, "is a folder; name a file in it");
     if (fs::exists(status) && !fs::is_regular_file(status))
@@ -109,7 +111,32 @@ void remove_if_abandoned(const fs::path& temporary, bool of_this_machine, const 
         ::close(descriptor);
 }
 
-} // namespace
+/// A new file beside its target, that is gone again unless it took the target's place.
+class Successor {
+public:
+    explicit Successor(const std::filesystem::path& file);
+    Successor(const Successor&) = delete;
+    Successor& operator=(const Successor&) = delete;
+    ~Successor();
+
+    /// Writes from byte number `at` on.
+    void write(std::span<const unsigned char> bytes, std::uint64_t at);
+
+    /// No more is written: all of it lies on the disk.
+    void complete();
+
+    /// What the file is, now and in its target's place. Throws: Error where it is not there any more.
+    FileState state() const;
+
+    void take_over();
+
+private:
+    [[noreturn]] void fail(int error) const;
+
+    std::filesystem::path target_, path_;
+    int descriptor_ = -1, lock_ = -1;
+    bool done_ = false;
+};
 
 Successor::Successor(const fs::path& file) : target_(target_of(file)) {
     std::tie(path_, descriptor_) = open_temporary(target_);
@@ -158,6 +185,13 @@ void Successor::complete() {
         fail(errno);
 }
 
+FileState Successor::state() const {
+    const auto state = state_of(path_);
+    if (!state)
+        fail(ENOENT);
+    return *state;
+}
+
 void Successor::take_over() {
     if (::rename(path_.c_str(), target_.c_str()) != 0)
         fail(errno);
@@ -167,6 +201,8 @@ void Successor::take_over() {
 void Successor::fail(int error) const {
     refuse_write(target_, "cannot be written", error, cure);
 }
+
+} // namespace
 
 void remove_abandoned(std::span<const fs::path> files) {
     std::map<fs::path, std::map<std::string, fs::path>> targets; // of each folder, by the beginning of temporary names
@@ -191,16 +227,29 @@ void remove_abandoned(std::span<const fs::path> files) {
     }
 }
 
-void replace_files(std::span<const NewFile> files) {
+std::optional<FileState> state_of(const fs::path& file) {
+    std::error_code none;
+    const std::uintmax_t size = fs::file_size(file, none);
+    const fs::file_time_type time = none ? fs::file_time_type{} : fs::last_write_time(file, none);
+    return none ? std::nullopt : std::optional(FileState{size, time.time_since_epoch().count()});
+}
+
+void replace_files(std::span<const NewFile> files, const LastFile& last) {
     std::deque<Successor> successors;
     std::set<fs::path> targets;
-    for (const NewFile& file : files) {
+    std::vector<FileState> states;
+    const auto make = [&](const NewFile& file) {
         if (!targets.insert(whole_path(file.file)).second)
             refuse(file.file, "would be written twice; write one of the two elsewhere");
         Successor& successor = successors.emplace_back(file.file);
         successor.write(file.bytes, 0);
         successor.complete();
-    }
+        states.push_back(successor.state());
+    };
+    for (const NewFile& file : files)
+        make(file);
+    if (last)
+        make(last(states));
     for (Successor& successor : successors)
         successor.take_over();
 }

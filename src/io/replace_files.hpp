@@ -2,9 +2,14 @@
 
 #include "camera_file/file.hpp"
 
+#include <fathom/io.hpp>
+
 #include <cstdint>
 #include <filesystem>
+#include <functional>
+#include <optional>
 #include <span>
+#include <vector>
 
 namespace fathom::io {
 
@@ -14,37 +19,28 @@ struct NewFile {
     Bytes bytes;
 };
 
-/// A new file beside its target, that is gone again unless it took the target's place.
-class Successor {
-public:
-    explicit Successor(const std::filesystem::path& file);
-    Successor(const Successor&) = delete;
-    Successor& operator=(const Successor&) = delete;
-    ~Successor();
-
-    /// Writes from byte number `at` on.
-    void write(std::span<const unsigned char> bytes, std::uint64_t at);
-
-    /// No more is written: all of it lies on the disk.
-    void complete();
-
-    void take_over();
-
-private:
-    [[noreturn]] void fail(int error) const;
-
-    std::filesystem::path target_, path_;
-    int descriptor_ = -1, lock_ = -1;
-    bool done_ = false;
+/// What tells a file from another one that takes its place: its size, and when it was written, in the file system's own count.
+struct FileState {
+    std::uintmax_t size;
+    std::filesystem::file_time_type::rep time;
 };
+
+/// Nothing where there is no such file.
+std::optional<FileState> state_of(const std::filesystem::path& file);
+
+/// Another file beside some, which is made of what these will be.
+using LastFile = std::function<NewFile(const std::vector<FileState>&)>;
 
 /// Replaces, in this order, files' contents, or makes them: whoever looks sees the old file or the new one, never a part. The first takes
 /// its place only once all of them lie complete on their disks: whatever goes wrong before (no such folder, no permission,
 /// a full disk), the old ones stay and nothing else is left behind.
 ///
 /// Until then each content lies beside its file as `.fathom-TARGET-MACHINE-PROCESS-NUMBER.tmp`, with a lock (flock) that ends
-/// with the process.
-void replace_files(std::span<const NewFile> files);
+/// with the process. `last`: one more file, which takes its place last.
+void replace_files(std::span<const NewFile> files, const LastFile& last = {});
+
+/// `write_images`, and one more file in the end.
+void write_images_and(const std::vector<ImageFile>& images, const LastFile& last);
 
 /// Removes what killed processes left beside these files, which need not be there. What a process of this machine works on
 /// is locked; what another machine left must also be old, by the clock of the disk.

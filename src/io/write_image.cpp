@@ -141,10 +141,14 @@ void write_color(const std::filesystem::path& file, const cv::Mat& color, const 
 }
 
 void write_images(const std::vector<ImageFile>& images) {
-    std::vector<io::NewFile> files;
+    io::write_images_and(images, {});
+}
+
+void io::write_images_and(const std::vector<ImageFile>& images, const LastFile& last) {
+    std::vector<NewFile> files;
     for (const ImageFile& image : images)
         files.push_back({image.file, bytes_of(image)});
-    io::replace_files(files);
+    replace_files(files, last);
 }
 
 } // namespace fathom

@@ -6,13 +6,11 @@
 
 #include <fathom/image.hpp>
 #include <fathom/picture.hpp>
-#include <fathom/tiles.hpp>
 
 #include <opencv2/core/mat.hpp>
 
 #include <functional>
 #include <future>
-#include <memory>
 #include <optional>
 #include <utility>
 #include <vector>

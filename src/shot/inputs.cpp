@@ -17,7 +17,8 @@ using sequence::FramePattern;
 const std::vector<Input>& Inputs::all() const {
     if (all_.empty())
         for (const std::string& argument : arguments)
-            add(argument);
+            if (arguments.size() == 1 || !argument.ends_with(".fathom.json")) // of a shell's *: records of --resume
+                add(argument);
     return all_;
 }
 

@@ -66,7 +66,7 @@ struct DepthOptions {
     bool strict = false;    ///< is what is probably wrong an error?
     std::size_t memory = 0; ///< bytes of the images in work, and as many beside them; 0: see FrameOptions
     ProgressKind progress = ProgressKind::automatic;
-    bool resume = false; ///< are frames kept that are finished, and do results say what made them?
+    bool resume = false; ///< are frames kept that are finished, and does a line beside them say what made them?
     std::string log;     ///< file that the run is told to; empty: none, "-": stdout
     std::string command; ///< its name
     std::function<std::vector<Given>()> given =

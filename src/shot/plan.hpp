@@ -43,6 +43,7 @@ struct Job {
     bool in_sequence = false;               ///< or is the input a file that was named itself?
     std::optional<std::array<double, 2>> range = {}; ///< of the relative floats of its shot
     Windows windows = {};                            ///< of the depth, once it is read
+    std::string channel = {};                        ///< that it was read from, of an EXR
     std::optional<CameraFile> own_camera =
         {}; ///< if each input has its own, in its header or in a file; once it is read
 

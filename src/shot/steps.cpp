@@ -152,6 +152,7 @@ void Steps::load(Work& work) const {
     }
     const DepthFile& depth = work.depth;
     frame.windows = depth.windows;
+    frame.channel = depth.channel;
     const Job& job = frame;
     work.option_doubts = later([&] { return more_.doubts ? more_.doubts(job) : std::vector<std::string>{}; });
     frame.images = later([&] { return more_.read ? more_.read(job) : Images{}; });
@@ -360,9 +361,7 @@ void Steps::write(Work& work) const {
         work.raw = io::raw_bytes(files.front(), result_format(options_, outputs_.front(), more_.companions));
         files.erase(files.begin());
     }
-    write_images(files);
-    if (work.record)
-        records_->write(*work.record, frame);
+    io::write_images_and(files, work.record ? records_->file_of(*work.record, frame) : io::LastFile{});
 }
 
 std::size_t Steps::bytes(const Work& work) const {

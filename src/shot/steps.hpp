@@ -15,10 +15,8 @@
 
 #include <chrono>
 #include <cstddef>
-#include <exception>
 #include <filesystem>
 #include <future>
-#include <memory>
 #include <optional>
 #include <set>
 #include <string>

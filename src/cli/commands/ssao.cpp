@@ -6,6 +6,7 @@
 #include "cli/options/max_error.hpp"
 #include "doubts/lengths.hpp"
 #include "io/floats_on_host.hpp"
+#include "io/formats.hpp"
 #include "shot/each_depth.hpp"
 #include "terminal/messages.hpp"
 
@@ -19,12 +20,15 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace fathom::cli {
 namespace {
 
 struct SsaoArguments : DepthOptions, description::SsaoCall {
-    bool explain = false, has_world = false; // is the world known from the first camera's view?
+    bool explain = false;
+    bool has_world = false; // is the world known from the first camera's view?
+    bool told = false;      // that a file's own normals count, which is said once
     std::optional<std::string> normals, thickness_map, back_depth;
     std::optional<Packing> packing;          // of the depths, as the camera file says
     std::map<std::string, std::string> more; // files of other results, by their names
@@ -79,30 +83,21 @@ std::optional<Region> region_in(const Windows& windows, const std::optional<Regi
 
 constexpr const char* no_normals = "none";
 
-// The layer of Blender's normals beside the depth that is read, which are the world's. Empty without one, and where several view
-// layers have one.
-std::string normal_pass(const SsaoArguments& options, const Job& job) {
+// The channels of Blender's normals beside the depth that was read, which are the world's. Empty without them.
+std::vector<std::string> normal_pass(const SsaoArguments& options, const Job& job) {
     const bool has_world = job.own_camera ? job.own_camera->camera.view.has_value() : options.has_world;
-    std::string found;
-    if (options.normals || !has_world)
-        return found;
-    const std::vector<Channel> channels = list_channels(job.input);
-    const auto has = [&](const std::string& name) {
-        return std::ranges::find(channels, name, &Channel::name) != channels.end();
-    };
-    for (const Channel& channel : channels) {
-        constexpr std::string_view pass = ".Normal.X";
-        if (!channel.name.ends_with(pass))
-            continue;
-        const std::string layer = channel.name.substr(0, channel.name.size() - pass.size());
-        const bool is_read = options.channel.empty() || options.channel.starts_with(layer + ".Depth");
-        if (!is_read || !(has(layer + ".Depth.Z") || has(layer + ".Depth.V")))
-            continue;
-        if (!found.empty())
-            return {};
-        found = layer + ".Normal";
-    }
-    return found;
+    const bool of_blender = job.channel.ends_with(".Depth.Z") || job.channel.ends_with(".Depth.V");
+    if (options.normals || !has_world || !of_blender)
+        return {};
+    std::vector<std::string> names;
+    for (const Channel& channel : list_channels(job.input))
+        for (const char* axis : {"X", "Y", "Z"})
+            if (channel.name ==
+                    job.channel.substr(0, job.channel.size() - std::string_view("Depth.Z").size()) + "Normal." + axis &&
+                (channel.type == "half" || channel.type == "float"))
+                names.push_back(channel.name);
+    return names.size() == 3 ? names
+                             : std::vector<std::string>{}; // in the order of the file's, which is that of letters
 }
 
 bool gives_normals(const SsaoArguments& options) {
@@ -145,8 +140,8 @@ Images read_images(const SsaoArguments& options, const Job& job) {
         const std::filesystem::path& file = job.companions.front();
         images.normals = read_normals(file, {}, job.windows);
         check_same_size(file, images.normals.size(), job);
-    } else if (const std::string pass = normal_pass(options, job); !pass.empty()) {
-        images.normals = read_normals(job.input, pass, job.windows);
+    } else if (const std::vector<std::string> pass = normal_pass(options, job); !pass.empty()) {
+        images.normals = io::read_exr_floats(job.input, pass, "normals", job.windows);
     }
     const std::size_t next = gives_normals(options) ? 1 : 0;
     if (options.thickness_map)
@@ -157,7 +152,7 @@ Images read_images(const SsaoArguments& options, const Job& job) {
 }
 
 // Visibility, then what else was asked for, in the order of the options.
-std::vector<Result> occlude(const SsaoArguments& options, const StoredDepth& stored, Loaded& frame) {
+std::vector<Result> occlude(SsaoArguments& options, const StoredDepth& stored, Loaded& frame) {
     const std::optional<Region> region = region_in(frame.windows, options.options.region);
     explain_method(fathom::Operation::ssao, stored, frame, options.options.sampling, options.explain);
     description::SsaoCall call = options;
@@ -168,10 +163,11 @@ std::vector<Result> occlude(const SsaoArguments& options, const StoredDepth& sto
         call.options.normals = to_device(stored.image.device(), images.normals);
     if (!images.normals.empty() && !options.normals) {
         call.options.normals_space = Space::world;
-        frame.said.push_back(
-            fmt::format("{}: its normals count, the layer {}; to have them from the depth instead, say "
-                        "--normals none",
-                        frame.input.native(), normal_pass(options, frame)));
+        if (!std::exchange(options.told, true) && options.report != Report::nothing)
+            frame.said.push_back(
+                fmt::format("{}: its pass of normals counts; to have normals from the depth alone, say "
+                            "--normals none",
+                            frame.input.native()));
     }
     if (options.thickness_map)
         call.options.thickness = to_device(stored.image.device(), images.thickness);

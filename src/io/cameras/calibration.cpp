@@ -278,8 +278,9 @@ Imported imported(const fs::path& file, const ImportOptions& options) {
         refuse(file, "holds no camera that Fathom knows: JSON, glTF, OpenEXR, YAML of OpenCV or ROS, or the numbers of "
                      "a camera matrix");
     for (const auto& item : map)
-        if (item.first.IsScalar() && (item.first.Scalar() == "Camera.fx" || item.first.Scalar() == "Camera1.fx" ||
-                                      (item.second.IsMap() && item.second["camera_model"])))
+        if (item.first.IsScalar() &&
+            (item.first.Scalar() == "Camera.fx" || item.first.Scalar() == "Camera1.fx" ||
+             (item.second.IsMap() && item.second["camera_model"] && item.second["intrinsics"])))
             refuse(file,
                    "holds a camera of ORB-SLAM or Kalibr, whose files are not read; docs/cameras.md says which of "
                    "its numbers goes where in a camera file");

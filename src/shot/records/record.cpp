@@ -21,7 +21,7 @@ namespace {
 
 using nlohmann::ordered_json;
 
-// Options that change no result, and those of files, whose contents count.
+// Options that change no result, and those of files, whose sizes and times count.
 constexpr const char* left_out[] = {"DEPTH",     "--output",  "--camera",  "--format", "--frames",     "--missing",
                                     "--animate", "--device",  "--threads", "--memory", "--progress",   "--json",
                                     "--quiet",   "--explain", "--resume",  "--log",    "--interpolate"};
@@ -47,11 +47,12 @@ ordered_json value_of(const std::string& text) {
 }
 
 // Null where there is no file.
+ordered_json json_of(const std::optional<io::FileState>& state) {
+    return state ? ordered_json{state->size, state->time} : ordered_json();
+}
+
 ordered_json state_of(const std::filesystem::path& file) {
-    std::error_code none;
-    const auto size = std::filesystem::file_size(file, none);
-    const auto time = none ? std::filesystem::file_time_type{} : std::filesystem::last_write_time(file, none);
-    return none ? ordered_json() : ordered_json{size, time.time_since_epoch().count()};
+    return json_of(io::state_of(file));
 }
 
 ordered_json options_of(const std::vector<Given>& given, const std::set<std::string>& not_counted) {
@@ -104,24 +105,29 @@ ordered_json Records::of(const Job& job, const std::string& camera) const {
     return record;
 }
 
-std::string Records::line_of(ordered_json record, const Job& job) const {
+std::string Records::line_of(ordered_json record, const std::vector<io::FileState>& results) const {
     for (std::size_t i = 0; i < outputs_.size(); ++i)
-        record["outputs"][outputs_[i].option] = state_of(job.outputs[i]);
+        record["outputs"][outputs_[i].option] = json_of(results[i]);
     return record.dump(-1, ' ', true, ordered_json::error_handler_t::replace) + '\n';
 }
 
 bool Records::is_finished(const ordered_json& record, const Job& job) const {
-    const bool all_there =
-        std::ranges::all_of(job.outputs, [](const auto& output) { return !state_of(output).is_null(); });
+    std::vector<io::FileState> results;
+    for (const std::filesystem::path& output : job.outputs) {
+        const auto state = io::state_of(output);
+        if (!state)
+            return false;
+        results.push_back(*state);
+    }
     std::ifstream stream(record_of(job.outputs.front()), std::ios::binary);
-    const std::string line{std::istreambuf_iterator<char>(stream), {}};
-    return all_there && line == line_of(record, job);
+    return std::string{std::istreambuf_iterator<char>(stream), {}} == line_of(record, results);
 }
 
-void Records::write(const ordered_json& record, const Job& job) const {
-    const std::string line = line_of(record, job);
-    const io::NewFile files[]{{record_of(job.outputs.front()), io::Bytes(line.begin(), line.end())}};
-    io::replace_files(files);
+io::LastFile Records::file_of(const ordered_json& record, const Job& job) const {
+    return [=, this, file = record_of(job.outputs.front())](const std::vector<io::FileState>& results) {
+        const std::string line = line_of(record, results);
+        return io::NewFile{file, io::Bytes(line.begin(), line.end())};
+    };
 }
 
 std::filesystem::path record_of(const std::filesystem::path& file) {

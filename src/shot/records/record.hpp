@@ -1,5 +1,6 @@
 #pragma once
 
+#include "io/replace_files.hpp"
 #include "shot/plan.hpp"
 
 #include <fathom/device.hpp>
@@ -26,11 +27,11 @@ public:
     /// Are all results of the frame those that were made of this?
     bool is_finished(const nlohmann::ordered_json& record, const Job& job) const;
 
-    /// Writes the line, once all results lie there. Throws: Error.
-    void write(const nlohmann::ordered_json& record, const Job& job) const;
+    /// The file with the line, of what the results will be.
+    io::LastFile file_of(const nlohmann::ordered_json& record, const Job& job) const;
 
 private:
-    std::string line_of(nlohmann::ordered_json record, const Job& job) const;
+    std::string line_of(nlohmann::ordered_json record, const std::vector<io::FileState>& results) const;
 
     const DepthOptions& options_;
     const std::vector<Output>& outputs_;
