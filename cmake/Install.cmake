@@ -69,6 +69,6 @@ if(TARGET fathom_io)
   get_target_property(opencv_include opencv_core INTERFACE_INCLUDE_DIRECTORIES)
   list(TRANSFORM opencv_include PREPEND -I)
   fathom_pkg_config(fathom_io DESCRIPTION "Fathom with images of OpenCV and in files"
-    REQUIRES fathom fathom_camera_file REQUIRES_IF_STATIC OpenEXR libtiff-4 libpng libjpeg zlib tbb yaml-cpp
+    REQUIRES fathom fathom_camera_file REQUIRES_IF_STATIC OpenEXR zlib tbb yaml-cpp
     LIBS -lopencv_core CFLAGS ${opencv_include})
 endif()

@@ -47,6 +47,14 @@ set(CPACK_DEBIAN_PACKAGE_GENERATE_SHLIBS_POLICY =)
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS_PRIVATE_DIRS
   ${PROJECT_BINARY_DIR} ${PROJECT_BINARY_DIR}/src/camera_file ${PROJECT_BINARY_DIR}/src/io)
 
+# They do not name OpenCV's codecs, which are loaded by name: libopencv_imgcodecs.so.406 is in libopencv-imgcodecs406.
+get_property(codecs GLOBAL PROPERTY FATHOM_IMGCODECS)
+if(codecs)
+  string(REGEX REPLACE "^libopencv_imgcodecs\\.so\\." "libopencv-imgcodecs" codecs ${codecs})
+  set(CPACK_DEBIAN_LIBRARIES_PACKAGE_DEPENDS ${codecs})
+  set(CPACK_DEBIAN_PROGRAM_PACKAGE_DEPENDS ${codecs})
+endif()
+
 # OpenCL's loader is one of them; a driver is what it needs to do something, and any will do.
 set(driver "pocl-opencl-icd | opencl-icd")
 set(same_version "${library_package} (= ${PROJECT_VERSION})")
@@ -83,6 +91,9 @@ if(FATHOM_PYTHON)
   math(EXPR next_minor "${Python_VERSION_MINOR} + 1")
   string(CONCAT CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS "python3 (>= ${Python_VERSION_MAJOR}.${Python_VERSION_MINOR}), "
     "python3 (<< ${Python_VERSION_MAJOR}.${next_minor}), python3-numpy")
+  if(codecs)
+    string(APPEND CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS ", ${codecs}")
+  endif()
 endif()
 set(CPACK_DEBIAN_PYTHON_PACKAGE_RECOMMENDS "${driver}")
 

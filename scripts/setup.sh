@@ -14,7 +14,7 @@ mkdir -p "$POCL_CACHE_DIR"
 # What the program and the demo need. A script that needs more sets `more_packages` and `parts` before it reads this file;
 # one that builds another preset than `release` sets `preset`, and one that builds nothing sets `packages`.
 declare -p packages &>/dev/null || packages=(g++ cmake ninja-build pocl-opencl-icd ocl-icd-opencl-dev opencl-clhpp-headers
-    opencl-c-headers libopencv-core-dev libopencv-imgcodecs-dev libopencv-imgproc-dev libopenexr-dev libtiff-dev libpng-dev libjpeg-dev
+    opencl-c-headers libopencv-core-dev libopencv-imgcodecs-dev libopencv-imgproc-dev libopenexr-dev libtiff-dev
     zlib1g-dev libtbb-dev libeigen3-dev libcli11-dev nlohmann-json3-dev libyaml-cpp-dev libfmt-dev libxxhash-dev)
 packages+=("${more_packages[@]}")
 

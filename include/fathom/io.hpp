@@ -24,6 +24,7 @@ struct DepthFile {
     Storage storage;      ///< how `values` is to be read
     std::string channel;  ///< name of the EXR channel that was taken; empty for other files
     Windows windows = {}; ///< where `values` lie
+    int pages = 1;        ///< images of full size in a TIFF, of which the first was taken
 };
 
 struct ReadOptions {

@@ -84,31 +84,26 @@ Bytes read_image_file(const std::filesystem::path& file) {
     return most == 0 ? head : read_file(file, most);
 }
 
-std::optional<cv::Mat> read_plain(const std::filesystem::path& file, const std::string& layer) {
-    if (!layer.empty())
-        refuse_layer(file, layer);
-    return read_plain(file, read_image_file(file));
-}
-
-std::optional<cv::Mat> read_plain(const std::filesystem::path& file, const Bytes& bytes) {
-    return read_plain_depth(file, bytes, {});
-}
-
-std::optional<cv::Mat> read_plain_depth(const std::filesystem::path& file, const Bytes& bytes,
-                                        const ReadOptions& options) {
+std::optional<PictureFile> read_plain(const std::filesystem::path& file, Bytes& bytes, const ReadOptions& options) {
     if (auto array = read_npz(file, bytes, options.channel, options.memory))
-        return array;
+        return PictureFile{.image = *array};
     if (!options.channel.empty())
         refuse(file, "is no OpenEXR file and has no channel \"" + options.channel + "\"; leave --channel out");
-    if (auto image = read_netpbm(file, bytes, options.as_counted))
-        return image;
-    for (const auto read : {read_png, read_tiff, read_npy, read_colmap_map})
+    for (const auto read : {read_pfm, read_npy, read_colmap_map})
         if (auto image = read(file, bytes))
-            return image;
+            return PictureFile{.image = *image};
     const std::string_view begin(reinterpret_cast<const char*>(bytes.data()), std::min<std::size_t>(bytes.size(), 6));
     if (begin.starts_with("\xff\xd8\xff"))
         refuse(file, "is a JPEG, which is not read because its losses change values; save it as .png, .tif or .exr");
-    return std::nullopt;
+    if (begin.starts_with("#?"))
+        return std::nullopt;
+    return read_by_opencv(file, bytes, options.as_counted);
+}
+
+std::optional<cv::Mat> read_plain(const std::filesystem::path& file) {
+    Bytes bytes = read_image_file(file);
+    const auto held = read_plain(file, bytes);
+    return held ? std::optional(held->image) : std::nullopt;
 }
 
 cv::Mat read_exr_floats(const std::filesystem::path& file, const std::vector<std::string>& channels, const char* what,

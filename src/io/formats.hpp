@@ -40,9 +40,6 @@ inline constexpr std::uint64_t jpeg = 512;     ///< of one channel: a bit for 8 
 /// OpenEXR's display window may be larger than its data window. The fuzzer takes fewer.
 inline std::uint64_t most_from_nothing = 1u << 30;
 
-/// What memory is filled with before a codec writes into it. What it leaves unwritten is to be refused; tests change the pattern.
-inline unsigned char unwritten = 0;
-
 /// Refuses an image before memory is asked for where its pixels are more than `stored` bytes of the file can hold.
 /// `expansion`: nothing where the codec has no limit.
 void check_holds(const std::filesystem::path& file, cv::Size size, std::uint64_t pixel_bytes, std::uint64_t stored,
@@ -72,13 +69,23 @@ std::string exr_primaries(const std::filesystem::path& file, const std::string& 
 /// The number of the part that has a channel.
 int exr_part_of(const std::filesystem::path& file, const std::string& channel);
 
-/// An image in OpenCV's order of channels (B, G, R, A), or nothing when the bytes do not begin like this format's.
-/// Refused: whatever is cut short or contradicts itself, which codecs tend to fill with zeros or garbage.
-std::optional<cv::Mat> read_png(const std::filesystem::path& file, const Bytes& bytes);
-std::optional<cv::Mat> read_tiff(const std::filesystem::path& file, const Bytes& bytes);
-/// The images of a TIFF of full size: masks and smaller copies do not count. 1 for any other file.
-int tiff_pages(const std::filesystem::path& file);
-std::optional<cv::Mat> read_netpbm(const std::filesystem::path& file, const Bytes& bytes, bool as_counted = false);
+/// A picture as its file holds it, and what the file says about it.
+struct PictureFile {
+    cv::Mat image;             ///< 8 or 16 bits or floats; B, G, R and perhaps an alpha, or one channel
+    Bytes icc = {}, exif = {}; ///< empty where there is none
+    std::optional<ColorEncoding> encoding = {}; ///< where the file says so without a profile
+    std::optional<bool> straight_alpha = {};    ///< likewise
+    bool has_more = false;                      ///< Exif data that is not read
+    std::string primaries = {};                 ///< see `PictureFormat`
+    int pages = 1; ///< images of full size in a TIFF: masks and smaller copies do not count
+};
+
+/// An image that OpenCV's codecs read (PNG, JPEG, TIFF, PGM, Radiance), or nothing when the bytes do not begin like one. The bytes may
+/// change. Refused: whatever is cut short or contradicts itself, which codecs tend to fill with zeros or garbage.
+std::optional<PictureFile> read_by_opencv(const std::filesystem::path& file, Bytes& bytes, bool as_counted = false);
+
+/// Likewise an image in OpenCV's order of channels (B, G, R, A).
+std::optional<cv::Mat> read_pfm(const std::filesystem::path& file, const Bytes& bytes);
 std::optional<cv::Mat> read_npy(const std::filesystem::path& file, const Bytes& bytes);
 /// An array of an archive; the only one without a name. `memory`: bytes that it may take, 0: what this process may.
 std::optional<cv::Mat> read_npz(const std::filesystem::path& file, const Bytes& bytes, const std::string& name,
@@ -91,15 +98,11 @@ struct ArraySize {
 ArraySize npy_size(const std::filesystem::path& file, const Bytes& head);
 /// A depth or normal map of COLMAP.
 std::optional<cv::Mat> read_colmap_map(const std::filesystem::path& file, const Bytes& bytes);
-std::optional<cv::Mat> read_radiance(const std::filesystem::path& file, const Bytes& bytes);
 
-/// The image of a file of any of the formats before. Refuses a layer, which only OpenEXR has.
-std::optional<cv::Mat> read_plain(const std::filesystem::path& file, const std::string& layer = {});
-std::optional<cv::Mat> read_plain(const std::filesystem::path& file, const Bytes& bytes);
-
-/// The same of depth, which may be one of several arrays. Refuses a name where there is but one image.
-std::optional<cv::Mat> read_plain_depth(const std::filesystem::path& file, const Bytes& bytes,
-                                        const ReadOptions& options);
+/// The image of a file of any of these formats but JPEG and Radiance; of depth it may be one of several arrays. Refuses a name where
+/// there is but one image.
+std::optional<PictureFile> read_plain(const std::filesystem::path& file, Bytes& bytes, const ReadOptions& options = {});
+std::optional<cv::Mat> read_plain(const std::filesystem::path& file);
 
 /// The bytes for `read_plain`; only the first ones if no image begins so. A file that is far longer than its image is refused.
 Bytes read_image_file(const std::filesystem::path& file);
@@ -109,16 +112,6 @@ Bytes read_image_file(const std::filesystem::path& file);
 
 /// Refuses a layer of a file that has none.
 [[noreturn]] void refuse_layer(const std::filesystem::path& file, const std::string& layer);
-
-/// A picture as its file holds it, and what the file says about it.
-struct PictureFile {
-    cv::Mat image;                              ///< 8 or 16 bits or floats; B, G, R and perhaps an alpha
-    Bytes icc = {}, exif = {};                  ///< empty where there is none
-    std::optional<ColorEncoding> encoding = {}; ///< where the file says so without a profile
-    std::optional<bool> straight_alpha = {};    ///< likewise
-    bool has_more = false;                      ///< Exif data that is not read
-    std::string primaries = {};                 ///< see `PictureFormat`
-};
 
 /// One channel of a picture whose channels are equal. Refuses colours: a map of them has no order of distances.
 cv::Mat only_channel(const std::filesystem::path& file, const cv::Mat& image);
@@ -133,16 +126,11 @@ std::optional<cv::Mat> picture_codes(const std::filesystem::path& file, const cv
 /// Any file that `read_picture` reads. Refuses what is no picture.
 PictureFile read_picture_file(const std::filesystem::path& file, const ReadPictureOptions& options);
 
-std::optional<PictureFile> read_jpeg(const std::filesystem::path& file, const Bytes& bytes);
-
-/// What the file says beside its pixels, which have been read already.
-void read_png_metadata(const Bytes& bytes, PictureFile& picture);
-void read_tiff_metadata(const Bytes& bytes, PictureFile& picture);
-
 /// Codes of 8 or 16 bits in B, G, R order, with the format's profile and camera data.
-Bytes jpeg_bytes(const cv::Mat& bgr, const PictureFormat& format, int quality = 95);
-Bytes png_bytes(const cv::Mat& bgr, const PictureFormat& format);
-Bytes png_bytes(const cv::Mat& bgr); ///< says nothing of the codes
+Bytes jpeg_bytes(const cv::Mat& bgr, const PictureFormat& format);
+Bytes png_bytes(const cv::Mat& bgr,
+                const std::optional<PictureFormat>& format = {});       ///< without: says nothing of the codes
+Bytes tiff_bytes(const cv::Mat& bgr, const PictureFormat& format = {}); ///< floats as well
 
 /// Light in B, G, R order. Negative values and NaN become 0.
 Bytes radiance_bytes(const cv::Mat& bgr);
@@ -193,13 +181,11 @@ struct MemorySink {
 
 /// The bytes of a file that holds `image`, a CV_32F matrix in the file's order: x, y, z or R, G, B, A.
 Bytes exr_bytes(const std::filesystem::path& file, const cv::Mat& image, const WriteOptions& options);
-Bytes tiff_bytes(const cv::Mat& image, const PictureFormat& format = {});
 Bytes npy_bytes(const cv::Mat& image, bool is_color);
 Bytes pfm_bytes(const cv::Mat& image, bool is_color); ///< 1 or 3 channels
 Bytes ply_bytes(const std::filesystem::path& file, const cv::Mat& positions, const cv::Mat& normals,
                 const cv::Mat& colors); ///< positions of 3 or 4 channels; the fourth is no part of the position
-Bytes png_bytes(const cv::Mat& image, double scale, double offset);
-/// The 16 bits of that: round((value × scale + offset) × 65535), 0 for NaN.
+/// The 16 bits of a .png: round((value × scale + offset) × 65535), 0 for NaN.
 cv::Mat png_codes(const cv::Mat& image, double scale, double offset);
 
 /// Names for a message, between commas; of a long list the first ones.

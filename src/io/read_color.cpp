@@ -106,24 +106,16 @@ PictureFile read(const std::filesystem::path& file, const ReadPictureOptions& op
         return {.image = io::read_exr_floats(file, channels, "colours", options.windows),
                 .primaries = io::exr_primaries(file, channels.front())};
     }
-    const io::Bytes bytes = io::read_image_file(file);
-    const std::string_view begin(reinterpret_cast<const char*>(bytes.data()), std::min<std::size_t>(bytes.size(), 10));
+    io::Bytes bytes = io::read_image_file(file);
     if (!options.layer.empty())
         io::refuse_layer(file, options.layer);
-    if (auto picture = io::read_jpeg(file, bytes))
-        return *picture;
-    auto image = io::read_radiance(file, bytes);
-    if (!image)
-        image = io::read_plain(file, bytes);
-    if (!image)
+    auto picture = io::read_by_opencv(file, bytes);
+    if (!picture)
+        picture = io::read_plain(file, bytes);
+    if (!picture)
         refuse(file, "is no picture, or its beginning is damaged; "
                      "pictures are read from .exr, .jpg, .png, .tif, .hdr, .npy and .pfm");
-    PictureFile picture{.image = *image};
-    if (begin.starts_with("\x89PNG"))
-        io::read_png_metadata(bytes, picture);
-    else if (begin.starts_with("II") || begin.starts_with("MM"))
-        io::read_tiff_metadata(bytes, picture);
-    return picture;
+    return *picture;
 }
 
 } // namespace

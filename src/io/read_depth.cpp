@@ -235,13 +235,16 @@ DepthFile read_depth(const std::filesystem::path& file, const ReadOptions& optio
             depth.storage = decoded.storage;
             return depth;
         }
-        const auto image = io::read_plain_depth(file, io::read_image_file(file), options);
-        if (!image)
+        io::Bytes bytes = io::read_image_file(file);
+        const auto held = io::read_plain(file, bytes, options);
+        if (!held)
             refuse(file, "is no image that holds depth, or its beginning is damaged; depth is read from .exr, .tif, "
                          ".pfm, .npy, .npz, COLMAP's .bin, 16-bit .png and 16-bit .pgm");
-        DepthFile depth = interpreted(file, *image, options.packing, colors);
+        io::Bytes().swap(bytes);
+        DepthFile depth = interpreted(file, held->image, options.packing, colors);
         colors.check(file, options);
-        depth.windows = {{{0, 0}, image->size()}, image->size()};
+        depth.windows = {{{0, 0}, held->image.size()}, held->image.size()};
+        depth.pages = held->pages;
         return depth;
     });
 }

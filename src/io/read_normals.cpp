@@ -115,7 +115,9 @@ void check_lengths(const std::filesystem::path& file, const cv::Mat& normals) {
 cv::Mat read(const std::filesystem::path& file, const std::string& layer, const std::optional<Windows>& windows) {
     if (io::begins_like_exr(file))
         return from_exr(file, layer, windows);
-    const auto image = io::read_plain(file, layer);
+    if (!layer.empty())
+        io::refuse_layer(file, layer);
+    const auto image = io::read_plain(file);
     if (!image)
         refuse(file, "is no image that holds normals, or its beginning is damaged; "
                      "they are read from .exr, .tif, .pfm, .npy and .png");

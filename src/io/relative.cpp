@@ -49,17 +49,17 @@ cv::Mat io::only_channel(const std::filesystem::path& file, const cv::Mat& image
 
 namespace {
 
-/// The image, and the name of the channel of an OpenEXR file.
+/// The image, with the name of the channel of an OpenEXR file.
 std::pair<cv::Mat, std::string> image_and_channel(const std::filesystem::path& file, const std::string& channel) {
     if (io::begins_like_exr(file)) {
         const DepthFile depth = io::read_exr(file, {channel}, {}).front();
         return {depth.values, depth.channel};
     }
-    const io::Bytes bytes = io::read_image_file(file);
-    if (const auto jpeg = io::read_jpeg(file, bytes))
-        return {jpeg->image, ""};
-    if (const auto image = io::read_plain_depth(file, bytes, {.channel = channel}))
-        return {*image, ""};
+    io::Bytes bytes = io::read_image_file(file);
+    if (bytes.size() > 1 && bytes[0] == 0xff && bytes[1] == 0xd8)
+        return {io::read_by_opencv(file, bytes)->image, ""};
+    if (const auto held = io::read_plain(file, bytes, {.channel = channel}))
+        return {held->image, ""};
     refuse(file, "is no image, or its beginning is damaged; relative depth is read from .png, .jpg, .tif, .pfm, .npy, "
                  ".npz and .exr");
 }

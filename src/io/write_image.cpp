@@ -51,7 +51,7 @@ io::Bytes encoded(const std::filesystem::path& file, const cv::Mat& image, const
         return io::npy_bytes(image, is_color);
     if (extension == ".tif") {
         check_channels(file, image, {1, 3, 4});
-        return io::tiff_bytes(in_file_order());
+        return io::tiff_bytes(is_color ? image : io::swap_red_and_blue(image)); // whose channels OpenCV swaps
     }
     if (extension == ".pfm") {
         check_channels(file, image, {1, 3});
@@ -69,7 +69,8 @@ io::Bytes encoded(const std::filesystem::path& file, const cv::Mat& image, const
         if (!std::isfinite(*options.png_scale) || !std::isfinite(options.png_offset))
             refuse(file, "the scale of a .png is " + std::to_string(*options.png_scale) + ", its offset " +
                              std::to_string(options.png_offset) + "; both must be finite");
-        return io::png_bytes(in_file_order(), *options.png_scale, options.png_offset);
+        const cv::Mat codes = io::png_codes(image, *options.png_scale, options.png_offset);
+        return io::png_bytes(is_color ? codes : io::swap_red_and_blue(codes));
     }
     refuse(file, "the extension \"" + extension +
                      "\" is none that can be written; use .exr, .tif, .pfm, .npy, .png or .ply, "

@@ -96,7 +96,7 @@ std::optional<io::Bytes> io::picture_bytes(const std::filesystem::path& file, co
         return std::nullopt;
     return type == ".jpg"   ? jpeg_bytes(*pixels, format)
            : type == ".png" ? png_bytes(*pixels, format)
-                            : tiff_bytes(swap_red_and_blue(*pixels), format);
+                            : tiff_bytes(*pixels, format);
 }
 
 io::Bytes io::raw_bytes(const ImageFile& given, const RawFormat& format) {

@@ -63,8 +63,7 @@ std::vector<std::string> channel_doubts(const std::filesystem::path& file, const
 }
 
 // Images of a TIFF beside the first.
-std::vector<std::string> page_doubts(const std::filesystem::path& file) {
-    const int pages = io::tiff_pages(file);
+std::vector<std::string> page_doubts(int pages) {
     if (pages == 1)
         return {};
     return {fmt::format("has {} pages, and the first is taken; save the right one alone, for instance with tiffsplit",
@@ -168,7 +167,7 @@ void Steps::load(Work& work) const {
     if (is_relative())
         return;
     work.channel_doubts =
-        depth.channel.empty() ? page_doubts(frame.input) : channel_doubts(frame.input, options_.channel, depth.channel);
+        depth.channel.empty() ? page_doubts(depth.pages) : channel_doubts(frame.input, options_.channel, depth.channel);
     if (const auto doubt = io::ray_channel_doubt(depth.channel, work.seen))
         work.channel_doubts.push_back(*doubt);
 }

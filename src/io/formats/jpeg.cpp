@@ -1,22 +1,13 @@
-// JPEG, with libjpeg-turbo. It fills what is missing with grey, so a file without its end is refused first.
+// JPEG. libjpeg fills what is missing with grey, so a file without its end is refused first.
 // Segments: ITU-T T.81, B.1.1. A profile lies in segments of its own, see ICC.1:2022, B.4.
-#include "codec_calls.hpp"
-#include "metadata.hpp"
-
-#include "io/formats.hpp"
+#include "codecs.hpp"
 
 #include <fathom/error.hpp>
 
 #include <opencv2/core.hpp>
-
-#include <cstdio> // jpeglib.h takes it for granted
-#include <jerror.h>
-#include <jpeglib.h>
+#include <opencv2/imgcodecs.hpp>
 
 #include <algorithm>
-#include <array>
-#include <cstdlib>
-#include <memory>
 #include <string_view>
 
 namespace fathom::io {
@@ -25,166 +16,98 @@ namespace {
 using namespace std::string_view_literals;
 
 constexpr std::string_view exif_name = "Exif\0\0"sv, icc_name = "ICC_PROFILE\0"sv;
-constexpr unsigned char app1 = 0xe1, app2 = 0xe2, start_of_scan = 0xda;
-constexpr std::string_view frames = "\xc0\xc1\xc2\xc3\xc5\xc6\xc7\xc9\xca\xcb\xcd\xce\xcf",
-                           arithmetic_frames = "\xc9\xca\xcb\xcd\xce\xcf";
+constexpr unsigned char end_of_image = 0xd9, start_of_scan = 0xda, app1 = 0xe1, app2 = 0xe2;
+constexpr std::string_view frame_markers = "\xc0\xc1\xc2\xc3\xc5\xc6\xc7\xc9\xca\xcb\xcd\xce\xcf",
+                           arithmetic_markers = "\xc9\xca\xcb\xcd\xce\xcf";
 constexpr std::size_t longest_segment = 65533;        // bytes behind the length
 constexpr std::size_t icc_head = icc_name.size() + 2; // and the number of this part, and of all
 
-struct Segment {
-    unsigned char marker;
-    View content; ///< behind the length
-    std::size_t end;
-};
-
-bool begins(View content, std::string_view name) {
+bool begins_with(View content, std::string_view name) {
     return content.size() >= name.size() &&
            std::equal(name.begin(), name.end(), content.begin(),
                       [](char a, unsigned char b) { return a == static_cast<char>(b); });
 }
 
-/// The segment at a place; none where the file ends or makes no sense.
-std::optional<Segment> segment_at(View file, std::size_t at) {
-    while (at + 1 < file.size() && file[at] == 0xff && file[at + 1] == 0xff) // fill bytes
-        ++at;
-    if (at + 4 > file.size() || file[at] != 0xff)
-        return std::nullopt;
-    const std::size_t length = std::size_t{file[at + 2]} << 8 | file[at + 3];
-    if (length < 2 || at + 2 + length > file.size())
-        return std::nullopt;
-    return Segment{file[at + 1], file.subspan(at + 4, length - 2), at + 2 + length};
+void append_segment(Bytes& bytes, unsigned char marker, std::string_view name, View content) {
+    const std::size_t length = 2 + name.size() + content.size();
+    bytes.insert(bytes.end(),
+                 {0xff, marker, static_cast<unsigned char>(length >> 8), static_cast<unsigned char>(length)});
+    bytes.insert(bytes.end(), name.begin(), name.end());
+    bytes.insert(bytes.end(), content.begin(), content.end());
 }
 
-/// libjpeg's errors, which come back to `jump`, and its remarks, which are not printed.
-struct JpegErrors : jpeg_error_mgr {
-    JpegErrors() {
-        jpeg_std_error(this);
-        error_exit = [](j_common_ptr codec) { std::longjmp(static_cast<JpegErrors*>(codec->err)->jump.place, 1); };
-        emit_message = [](j_common_ptr codec, int) {
-            if (codec->err->msg_code == JWRN_JPEG_EOF)
-                codec->err->error_exit(codec);
-        };
-    }
-    Jump jump;
-};
-
-/// B, G and R, also of grey. Inks are taken off the light of the black one, as Adobe's files have them: inverted.
-cv::Mat jpeg_pixels(const std::filesystem::path& file, const Bytes& bytes) {
-    JpegErrors errors;
-    jpeg_decompress_struct codec{};
-    codec.err = &errors;
-    const std::unique_ptr<jpeg_decompress_struct, decltype(&jpeg_destroy_decompress)> end(&codec,
-                                                                                          jpeg_destroy_decompress);
-    cv::Mat image;
-    const bool is_complete = complete(errors.jump, [&] {
-        jpeg_create_decompress(&codec);
-        jpeg_mem_src(&codec, bytes.data(), bytes.size());
-        jpeg_read_header(&codec, TRUE);
-        codec.out_color_space = codec.num_components == 4 ? JCS_CMYK : JCS_EXT_BGR;
-        jpeg_start_decompress(&codec);
-        image.create(static_cast<int>(codec.output_height), static_cast<int>(codec.output_width),
-                     CV_8UC(codec.output_components));
-        while (codec.output_scanline < codec.output_height) {
-            JSAMPROW row = image.ptr(static_cast<int>(codec.output_scanline));
-            jpeg_read_scanlines(&codec, &row, 1);
-        }
-    });
-    if (!is_complete)
-        refuse_undecoded(file);
-    if (image.channels() == 3)
-        return image;
-    cv::Mat bgr(image.size(), CV_8UC3);
-    std::transform(image.begin<cv::Vec4b>(), image.end<cv::Vec4b>(), bgr.begin<cv::Vec3b>(), [](const cv::Vec4b& inks) {
-        const auto light = [&](int ink) {
-            return static_cast<unsigned char>(inks[3] - ((255 - inks[ink]) * inks[3] >> 8));
-        };
-        return cv::Vec3b(light(2), light(1), light(0));
-    });
-    return bgr;
+/// The end of the codes of a scan: at a marker that is no restart.
+std::size_t end_of_codes(View bytes, std::size_t at) {
+    const auto is_marker = [&] {
+        return bytes[at] == 0xff && bytes[at + 1] != 0 && bytes[at + 1] != 0xff &&
+               (bytes[at + 1] < 0xd0 || bytes[at + 1] > 0xd7);
+    };
+    while (at + 1 < bytes.size() && !is_marker())
+        ++at;
+    return at;
 }
 
 } // namespace
 
-std::optional<PictureFile> read_jpeg(const std::filesystem::path& file, const Bytes& bytes) {
-    if (bytes.size() < 3 || bytes[0] != 0xff || bytes[1] != 0xd8 || bytes[2] != 0xff)
-        return std::nullopt;
+PictureFile read_jpeg(const std::filesystem::path& file, Bytes& bytes) {
     PictureFile picture;
+    const auto cut_short = [&] { refuse(file, "ends in the middle of the picture; write or copy it again"); };
     cv::Size size;
     bool arithmetic = false;
-    const auto cut_short = [&] { refuse(file, "ends in the middle of the picture; write or copy it again"); };
-    std::size_t at = 2;
-    for (;;) {
-        const auto segment = segment_at(bytes, at);
-        if (!segment)
+    const View all(bytes);
+    for (std::size_t at = 2;;) {
+        while (at + 1 < all.size() && all[at] == 0xff && all[at + 1] == 0xff) // fill bytes
+            ++at;
+        if (at + 2 > all.size() || all[at] != 0xff)
             cut_short();
-        at = segment->end;
-        if (segment->marker == app1 && begins(segment->content, exif_name) && picture.exif.empty())
-            picture.exif.assign(segment->content.begin() + exif_name.size(), segment->content.end());
-        if (segment->marker == app2 && begins(segment->content, icc_name) && segment->content.size() > icc_head)
-            picture.icc.insert(picture.icc.end(), segment->content.begin() + icc_head, segment->content.end());
-        const auto number = [&](std::size_t i) { return segment->content[i] << 8 | segment->content[i + 1]; };
+        const unsigned char marker = all[at + 1];
+        if (marker == end_of_image)
+            break;
+        const std::size_t length = at + 4 > all.size() ? 0 : std::size_t{all[at + 2]} << 8 | all[at + 3];
+        if (length < 2 || length > all.size() - at - 2)
+            cut_short();
+        const View content = all.subspan(at + 4, length - 2);
+        at += 2 + length;
+        if (marker == app1 && begins_with(content, exif_name) && picture.exif.empty())
+            picture.exif.assign(content.begin() + exif_name.size(), content.end());
+        if (marker == app2 && begins_with(content, icc_name) && content.size() > icc_head)
+            picture.icc.insert(picture.icc.end(), content.begin() + icc_head, content.end());
+        const auto number = [&](std::size_t i) { return content[i] << 8 | content[i + 1]; };
         const auto is_one_of = [&](std::string_view markers) {
-            return markers.find(static_cast<char>(segment->marker)) != markers.npos;
+            return markers.find(static_cast<char>(marker)) != markers.npos;
         };
-        if (is_one_of(frames) && segment->content.size() >= 6) {
+        if (is_one_of(frame_markers) && content.size() >= 6) {
             check_size(file, number(3), number(1));
             size = {number(3), number(1)};
-            arithmetic = is_one_of(arithmetic_frames);
+            arithmetic |= is_one_of(arithmetic_markers);
         }
-        if (segment->marker == start_of_scan)
-            break;
+        if (marker == start_of_scan)
+            at = end_of_codes(all, at);
     }
-    static constexpr std::array<unsigned char, 2> end{0xff, 0xd9};
-    const auto scan = bytes.begin() + static_cast<std::ptrdiff_t>(at); // before it a thumbnail may end
-    if (std::search(scan, bytes.end(), end.begin(), end.end()) == bytes.end())
-        cut_short();
-    check_holds(file, size, 1, bytes.size() - at, arithmetic ? std::nullopt : std::optional(expansion::jpeg));
-    picture.image = jpeg_pixels(file, bytes);
+    check_holds(file, size, 1, bytes.size(), arithmetic ? std::nullopt : std::optional(expansion::jpeg));
+    picture.image = decoded(file, bytes);
     return picture;
 }
 
-Bytes jpeg_bytes(const cv::Mat& bgr, const PictureFormat& format, int quality) {
+Bytes jpeg_bytes(const cv::Mat& bgr, const PictureFormat& format) {
     constexpr int most = 65500; // rows and columns, of libjpeg
     if (bgr.cols > most || bgr.rows > most)
         throw Error("a .jpg has at most 65500 rows and columns, the picture is " + std::to_string(bgr.cols) + " x " +
                     std::to_string(bgr.rows) + "; write a .png or .exr");
     static_assert(most_exif_of_jpeg + exif_name.size() == longest_segment);
-    const bool has_profile = !format.icc.empty() && format.icc.size() <= 255 * (longest_segment - icc_head);
-    JpegErrors errors;
-    jpeg_compress_struct codec{};
-    codec.err = &errors;
-    const std::unique_ptr<jpeg_compress_struct, decltype(&jpeg_destroy_compress)> end(&codec, jpeg_destroy_compress);
-    unsigned char* file = nullptr;
-    unsigned long size = 0;
-    const bool is_complete = complete(errors.jump, [&] {
-        jpeg_create_compress(&codec);
-        jpeg_mem_dest(&codec, &file, &size);
-        codec.image_width = static_cast<JDIMENSION>(bgr.cols);
-        codec.image_height = static_cast<JDIMENSION>(bgr.rows);
-        codec.input_components = 3;
-        codec.in_color_space = JCS_EXT_BGR;
-        jpeg_set_defaults(&codec);
-        jpeg_set_quality(&codec, quality, TRUE);
-        jpeg_start_compress(&codec, TRUE);
-        if (!format.exif.empty()) {
-            jpeg_write_m_header(&codec, app1, static_cast<unsigned>(exif_name.size() + format.exif.size()));
-            for (const char each : exif_name)
-                jpeg_write_m_byte(&codec, each);
-            for (const unsigned char each : format.exif)
-                jpeg_write_m_byte(&codec, each);
-        }
-        if (has_profile)
-            jpeg_write_icc_profile(&codec, format.icc.data(), static_cast<unsigned>(format.icc.size()));
-        while (codec.next_scanline < codec.image_height) {
-            JSAMPROW row = const_cast<JSAMPROW>(bgr.ptr(static_cast<int>(codec.next_scanline)));
-            jpeg_write_scanlines(&codec, &row, 1);
-        }
-        jpeg_finish_compress(&codec);
-    });
-    if (!is_complete)
-        throw Error("libjpeg cannot write a JPEG of " + described(bgr.size()) + " pixels");
-    const std::unique_ptr<unsigned char, decltype(&std::free)> held(file, std::free);
-    return {file, file + size};
+    Bytes file = encoded(".jpg", bgr, {cv::IMWRITE_JPEG_QUALITY, 95}), more;
+    if (!format.exif.empty())
+        append_segment(more, app1, exif_name, format.exif);
+    constexpr std::size_t part = longest_segment - icc_head;
+    const std::size_t parts = (format.icc.size() + part - 1) / part;
+    for (std::size_t i = 0; i < parts && parts <= 255; ++i) {
+        const std::string name = std::string(icc_name) + static_cast<char>(i + 1) + static_cast<char>(parts);
+        append_segment(more, app2, name,
+                       View(format.icc).subspan(i * part, std::min(part, format.icc.size() - i * part)));
+    }
+    const std::size_t behind_jfif = 4 + (std::size_t{file.at(4)} << 8 | file.at(5));
+    file.insert(file.begin() + static_cast<std::ptrdiff_t>(behind_jfif), more.begin(), more.end());
+    return file;
 }
 
 } // namespace fathom::io

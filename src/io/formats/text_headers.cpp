@@ -1,0 +1,179 @@
+// Formats whose headers are texts: portable float maps and grey maps, which hold depth for Middlebury's, ICL's and many other tools,
+// and Radiance's pictures. Float maps are read here rather than with OpenCV, which divides by their scale (everyone else ignores its
+// magnitude; its sign is the byte order) and so changes the values.
+// Source: Debevec's PFM notes; netpbm's pgm(5); "File formats" of Radiance's manual.
+#include "codecs.hpp"
+
+#include <opencv2/core.hpp>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <cstdio>
+#include <cstring>
+#include <string_view>
+
+namespace fathom::io {
+namespace {
+
+bool is_space(char c) {
+    return c == ' ' || (c >= '\t' && c <= '\r');
+}
+
+/// The header's next word; comments run from # to the end of a line.
+std::string_view word(std::string_view text, std::size_t& at) {
+    while (at < text.size() && (is_space(text[at]) || text[at] == '#'))
+        at = text[at] == '#' ? std::min(text.find('\n', at), text.size()) : at + 1;
+    const auto begin = at;
+    while (at < text.size() && !is_space(text[at]))
+        ++at;
+    return text.substr(begin, at - begin);
+}
+
+template <typename T>
+T number(const std::filesystem::path& file, std::string_view word) {
+    T value{};
+    const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
+    if (error != std::errc() || end != word.data() + word.size()) {
+        std::string shown(word.substr(0, 32));
+        std::replace_if(
+            shown.begin(), shown.end(), [](char c) { return c < ' ' || c > '~'; }, '?');
+        refuse(file, "is damaged: its header has \"" + shown + "\" where a number belongs; write it again");
+    }
+    return value;
+}
+
+void swap_bytes(unsigned char* row, std::size_t elements, std::size_t size) {
+    for (std::size_t i = 0; i < elements; ++i)
+        std::reverse(row + i * size, row + (i + 1) * size);
+}
+
+/// Size and scale of a map; of a grey map the scale is its largest value.
+struct MapHeader {
+    cv::Size size;
+    double scale;
+    std::size_t end; ///< where its last word ends
+};
+
+MapHeader map_header(const std::filesystem::path& file, std::string_view text) {
+    std::size_t at = 2;
+    const auto width = number<long long>(file, word(text, at)), height = number<long long>(file, word(text, at));
+    check_size(file, width, height);
+    const auto scale = number<double>(file, word(text, at));
+    return {{static_cast<int>(width), static_cast<int>(height)}, scale, at};
+}
+
+/// Refuses pixels that the bytes behind a header do not hold.
+void check_rows(const std::filesystem::path& file, const MapHeader& header, std::size_t bytes,
+                std::size_t pixel_bytes) {
+    const auto [size, scale, end] = header;
+    if (end + 1 > bytes ||
+        (bytes - end - 1) / pixel_bytes / static_cast<std::size_t>(size.width) < static_cast<std::size_t>(size.height))
+        refuse(file, "ends too early: " + std::to_string(size.width) + " x " + std::to_string(size.height) +
+                         " pixels do not fit into " + std::to_string(bytes) + " bytes; write or copy it again");
+}
+
+std::string_view text_of(const Bytes& bytes) {
+    return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
+}
+
+} // namespace
+
+std::optional<cv::Mat> read_pfm(const std::filesystem::path& file, const Bytes& bytes) {
+    const std::string_view text = text_of(bytes), magic = text.substr(0, 3);
+    if (magic.size() < 3 || !is_space(magic[2]) || (!magic.starts_with("Pf") && !magic.starts_with("PF")))
+        return std::nullopt;
+    const MapHeader header = map_header(file, text);
+    const int type = CV_32FC(magic[1] == 'F' ? 3 : 1);
+    check_rows(file, header, bytes.size(), static_cast<std::size_t>(CV_ELEM_SIZE(type)));
+    cv::Mat image(header.size, type);
+    const std::size_t row_bytes = static_cast<std::size_t>(image.cols) * image.elemSize();
+    for (int y = 0; y < image.rows; ++y) {
+        const int at_row = image.rows - 1 - y; // they begin at the bottom; exactly one space ends the header
+        auto* row = image.ptr(at_row);
+        std::memcpy(row, bytes.data() + header.end + 1 + static_cast<std::size_t>(y) * row_bytes, row_bytes);
+        if ((header.scale < 0) != is_little_endian)
+            swap_bytes(row, row_bytes / 4, 4);
+        swap_red_and_blue_of_row(image, at_row); // the file's order is R, G, B
+    }
+    return image;
+}
+
+PictureFile read_pgm(const std::filesystem::path& file, Bytes& bytes, bool as_counted) {
+    const std::string_view text = text_of(bytes);
+    const auto [size, scale, end] = map_header(file, text);
+    check_codec_size(file, size.width, size.height);
+    if (!(scale >= 1 && scale <= 65535))
+        refuse(file, "counts to " + std::to_string(static_cast<long long>(scale > 0 ? std::min(scale, 1e9) : 0)) +
+                         ", but a grey map counts to 1 to 65535; write it again");
+    if (scale > 255 && scale != 65535 && !as_counted)
+        refuse(file,
+               "counts to " + std::to_string(static_cast<long long>(scale)) +
+                   ", but only 16-bit codes that count to 65535 are fractions of a range; stretch them to that range, "
+                   "or say that they are lengths (\"encoding\": \"view-z\", \"scale\")");
+    if (scale < 255 && !as_counted)
+        refuse(file, "counts to " + std::to_string(static_cast<long long>(scale)) +
+                         ", but 8-bit codes are taken to count to 255; stretch them to that range");
+    if (text[1] ==
+        '2') { // OpenCV would stretch codes that count to less than 255, and cut those off that count to more
+        check_holds(file, size, 2, text.size(), 1); // a figure and a blank each
+        const std::string stretched = "P2 " + std::to_string(size.width) + " " + std::to_string(size.height) +
+                                      (scale > 255 ? " 65535" : " 255") + std::string(text.substr(end)) +
+                                      "\n"; // which ends the last code
+        bytes.assign(stretched.begin(), stretched.end());
+    } else {
+        check_rows(file, {size, scale, end}, bytes.size(), scale > 255 ? 2 : 1);
+    }
+    PictureFile map{.image = decoded(file, bytes)};
+    double most = 0;
+    cv::minMaxLoc(map.image, nullptr, &most);
+    if (most > scale)
+        refuse(file,
+               "is damaged: a code is " + std::to_string(std::llround(most)) + ", beyond the largest; write it again");
+    return map;
+}
+
+PictureFile read_radiance(const std::filesystem::path& file, Bytes& bytes) {
+    const std::string_view text = text_of(bytes);
+    std::size_t at = 0;
+    const auto line = [&] {
+        const std::size_t begin = at, end = text.find('\n', at);
+        if (end == text.npos)
+            refuse_undecoded(file);
+        at = end + 1;
+        return text.substr(begin, end - begin);
+    };
+    bool is_known = false;
+    for (std::string_view each = line(); !each.empty(); each = line())
+        is_known |= each == "FORMAT=32-bit_rle_rgbe";
+    long long width = 0, height = 0;
+    if (!is_known || std::sscanf(std::string(line()).c_str(), "-Y %lld +X %lld", &height, &width) != 2)
+        refuse_undecoded(file);
+    check_codec_size(file, width, height);
+    constexpr std::uint64_t pixels_a_byte = 16; // a run of 127 takes two bytes in each of four channels
+    check_holds(file, {static_cast<int>(width), static_cast<int>(height)}, 1, bytes.size(), pixels_a_byte);
+    return {.image = decoded(file, bytes)};
+}
+
+Bytes radiance_bytes(const cv::Mat& bgr) {
+    cv::Mat light = bgr.clone();
+    for (cv::Vec3f& pixel : cv::Mat_<cv::Vec3f>(light)) // the format holds no negative values, NaN or infinity
+        for (float& each : pixel.val)
+            each = each > 0 ? std::min(each, 1e38f) : 0.0f;
+    return encoded(".hdr", light);
+}
+
+Bytes pfm_bytes(const cv::Mat& image, bool is_color) {
+    const auto header = std::string(image.channels() == 1 ? "Pf" : "PF") + "\n" + std::to_string(image.cols) + " " +
+                        std::to_string(image.rows) + "\n" + (is_little_endian ? "-1.0" : "1.0") + "\n";
+    const auto row_bytes = static_cast<std::size_t>(image.cols) * image.elemSize();
+    Bytes bytes(header.begin(), header.end());
+    bytes.reserve(header.size() + row_bytes * static_cast<std::size_t>(image.rows));
+    for (int y = image.rows - 1; y >= 0; --y) {
+        const cv::Mat row = is_color ? swap_red_and_blue(image.row(y)) : image.row(y);
+        bytes.insert(bytes.end(), row.ptr(), row.ptr() + row_bytes);
+    }
+    return bytes;
+}
+
+} // namespace fathom::io
