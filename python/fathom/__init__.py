@@ -8,7 +8,6 @@ docs/python.md explains the rest.
 """
 
 from . import _operations
-from ._calls import readable as _readable
 from ._fathom import (
     BackDepth,
     Camera,
@@ -19,12 +18,14 @@ from ._fathom import (
     Image,
     NoDevice,
     __version__,
-    check,
-    depth_at,
     devices,
     options,
-    preset_camera,
     presets,
+)
+from ._more import (
+    depth_at,
+    load as _load,
+    preset_camera,
     restore_highlights,
     upsample_along_edges,
 )
@@ -40,7 +41,6 @@ __all__ = [
     "Image",
     "NoDevice",
     "__version__",
-    "check",
     "depth_at",
     "devices",
     "options",
@@ -51,11 +51,8 @@ __all__ = [
 ]
 __all__ += _operations.__all__
 
-for _each in (BackDepth, Camera, Device, DeviceInfo, Error, Image, NoDevice):
-    _each.__module__ = __name__  # where people find it
 for _name in __all__:
-    if hasattr(globals()[_name], "__nb_signature__"):  # a function of the compiled module
-        globals()[_name] = _readable(globals()[_name])
-for _name in ("from_json", "load"):
-    setattr(Camera, _name, staticmethod(_readable(getattr(Camera, _name))))
-del _each, _name
+    if not hasattr(globals()[_name], "__nb_signature__") and hasattr(globals()[_name], "__module__"):
+        globals()[_name].__module__ = __name__  # where people find it
+del _name
+setattr(Camera, "load", staticmethod(_load))

@@ -1,6 +1,7 @@
 // Arrays of Python as images of a device, and back, without a copy where the device can read and write the array's memory.
 #include "arrays.hpp"
 
+#include "description/range.hpp"
 #include "runtime/memory.hpp"
 #include "unlocked.hpp"
 
@@ -8,13 +9,19 @@
 
 #include <algorithm>
 #include <array>
-#include <cstdlib>
-#include <cstring>
 #include <new>
-#include <span>
 #include <stdexcept>
 
 namespace fathom::python {
+
+std::string text_of(const nb::str& text) {
+    Py_ssize_t size = 0;
+    if (const char* utf8 = PyUnicode_AsUTF8AndSize(text.ptr(), &size))
+        return {utf8, static_cast<std::size_t>(size)};
+    PyErr_Clear();
+    const auto escaped = nb::steal<nb::bytes>(PyUnicode_AsEncodedString(text.ptr(), "utf-8", "backslashreplace"));
+    return {escaped.c_str(), escaped.size()};
+}
 
 void refuse(const char* argument, const std::string& what) {
     throw std::invalid_argument(std::string(argument) + ": " + what);
@@ -22,7 +29,6 @@ void refuse(const char* argument, const std::string& what) {
 
 namespace {
 
-using ReadArray = nb::ndarray<nb::ro>;
 using WriteArray = nb::ndarray<>;
 
 struct Type {
@@ -77,8 +83,8 @@ std::string device_name(int type) {
 
 // Refuses what lies in another memory than the CPU's before it is asked for, and what is not said by the memory alone.
 void check_kind(nb::handle object, const char* argument) {
-    const bool plain =
-        std::string_view(nb::type_name(object.type()).c_str()) == "numpy.ndarray"; // most are, and have no mask
+    static const PyObject* const arrays = nb::object(nb::module_::import_("numpy").attr("ndarray")).release().ptr();
+    const bool plain = object.type().ptr() == arrays; // most are, and have no mask
     if (!plain && nb::hasattr(object, "mask") && nb::hasattr(object, "filled"))
         refuse(argument,
                "a masked array's mask would be lost; make invalid pixels of it by .filled(numpy.nan), of integers by "
@@ -206,64 +212,33 @@ Strided strided(const Array& array, const char* argument) {
     return s;
 }
 
-// An array without gaps.
-std::shared_ptr<std::byte[]> compacted(const void* data, const Strided& from, std::size_t size) {
-    const auto& [width, height, channels, row_stride] = from.layout;
-    const auto pixels = static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
-    const std::shared_ptr<std::byte[]> copy(new std::byte[pixels * static_cast<std::size_t>(channels) * size]);
-    std::byte* to = copy.get();
-    const auto copy_all = [&]<std::size_t Size>(std::integral_constant<std::size_t, Size>) {
-        const auto* bytes = static_cast<const std::byte*>(data);
-        constexpr auto step = static_cast<std::ptrdiff_t>(Size);
-        for (std::ptrdiff_t y = 0; y < height; ++y)
-            for (std::ptrdiff_t x = 0; x < width; ++x)
-                for (std::ptrdiff_t c = 0; c < channels; ++c, to += Size)
-                    std::memcpy(to, bytes + (y * from.row + x * from.column + c * from.channel) * step, Size);
-    };
-    const Unlocked released;
-    switch (size) {
-    case 1:
-        copy_all(std::integral_constant<std::size_t, 1>{});
-        break;
-    case 2:
-        copy_all(std::integral_constant<std::size_t, 2>{});
-        break;
-    default:
-        copy_all(std::integral_constant<std::size_t, 4>{});
-    }
-    return copy;
+nb::object numpy(const char* function) {
+    return nb::module_::import_("numpy").attr(function);
 }
 
-// Depth of signed 16 bits: codes, or floats where some are below 0.
-HostImage image_of_shorts(const ReadArray& array, const char* argument) {
+// An array of NumPy that is this memory, and one of whatever NumPy made.
+nb::object as_numpy(const ReadArray& array) {
+    return nb::cast(nb::ndarray<nb::numpy, nb::ro>(array));
+}
+
+HostImage host_image_of(ReadArray array, Holds holds, const char* argument) {
     Strided s = strided(array, argument);
-    auto held = std::make_shared<HeldArray>(HeldArray{array});
-    held->copy = compacted(array.data(), s, sizeof(std::int16_t));
-    s.layout.row_stride = 0;
-    const std::span codes(reinterpret_cast<const std::int16_t*>(held->copy.get()),
-                          static_cast<std::size_t>(s.layout.width) * static_cast<std::size_t>(s.layout.height) *
-                              static_cast<std::size_t>(s.layout.channels));
-    if (std::ranges::none_of(codes, [](std::int16_t code) { return code < 0; }))
-        return {held, Element::u16, s.layout, held->copy.get()};
-    const std::shared_ptr<std::byte[]> floats(new std::byte[codes.size() * sizeof(float)]);
-    std::ranges::copy(codes, reinterpret_cast<float*>(floats.get()));
-    held->copy = floats;
-    return {held, Element::f32, s.layout, floats.get()};
-}
-
-HostImage host_image_of(const ReadArray& array, Holds holds, const char* argument) {
-    if ((holds == Holds::depth || holds == Holds::relative) && array.dtype() == nb::dtype<std::int16_t>())
-        return image_of_shorts(array, argument);
+    bool is_copy = false;
+    const bool is_depth = holds == Holds::depth || holds == Holds::relative;
+    if (is_depth && array.dtype() == nb::dtype<std::int16_t>()) { // codes, or floats where some are below 0
+        const nb::object codes = numpy("ascontiguousarray")(as_numpy(array));
+        const bool has_negative = nb::cast<int>(nb::object(codes.attr("min")())) < 0;
+        array = nb::cast<ReadArray>(has_negative ? codes.attr("astype")("float32") : codes.attr("view")("uint16"));
+        is_copy = true;
+    }
     const Element element = checked_element(array.dtype(), holds, argument);
-    Strided s = strided(array, argument);
-    auto held = std::make_shared<HeldArray>(HeldArray{array});
-    const void* data = array.data();
-    if (!s.tight_columns) {
-        held->copy = compacted(data, s, element_bytes(element));
-        data = held->copy.get();
-        s.layout.row_stride = 0;
+    if (!is_copy && !s.tight_columns) {
+        array = nb::cast<ReadArray>(numpy("ascontiguousarray")(as_numpy(array)));
+        is_copy = true;
     }
-    return {held, element, s.layout, data};
+    if (is_copy)
+        s.layout.row_stride = 0;
+    return {std::make_shared<HeldArray>(HeldArray{array}), element, s.layout, is_copy};
 }
 
 // Kernels read and write elements at multiples of their size.
@@ -287,7 +262,7 @@ HostDepth HostImage::depth(Storage storage) const {
     const std::size_t row = layout.row_stride > 0
                                 ? layout.row_stride
                                 : static_cast<std::size_t>(layout.width) * static_cast<std::size_t>(layout.channels);
-    return {data, layout.width, layout.height, row * element_bytes(element), storage};
+    return {held->array.data(), layout.width, layout.height, row * element_bytes(element), storage};
 }
 
 HostImage host_image(nb::handle object, Holds holds, const char* argument) {
@@ -296,7 +271,7 @@ HostImage host_image(nb::handle object, Holds holds, const char* argument) {
 
 Image image_of(const HostImage& host, const Device& device) {
     const Unlocked released;
-    return Image::from_host(device, host.element, host.data, host.layout);
+    return Image::from_host(device, host.element, host.held->array.data(), host.layout);
 }
 
 // Kernels write fastest where rows begin at multiples of 64 bytes.
@@ -313,16 +288,28 @@ nb::object new_array(Element element, const Layout& layout) {
                     nb::rv_policy::reference);
 }
 
-Storage storage_of(Element element, int channels, const Word<Storage>& said, const std::optional<Packing>& packing,
+std::optional<Storage> storage_named(nb::handle name) {
+    if (!name.is_valid() || name.is_none())
+        return std::nullopt;
+    const auto known = std::ranges::find_if(storage_names, [&](const char* each) {
+        return PyUnicode_Check(name.ptr()) && PyUnicode_CompareWithASCIIString(name.ptr(), each) == 0;
+    });
+    if (known == storage_names.end())
+        throw std::invalid_argument("storage = " + text_of(nb::repr(name)) + " is unknown; it is " +
+                                    description::in_words(storage_names));
+    return static_cast<Storage>(known - storage_names.begin());
+}
+
+Storage storage_of(Element element, int channels, nb::handle said, const std::optional<Packing>& packing,
                    const char* argument) {
     const auto fits = [&](Storage storage) {
         return fathom::element_of(storage) == element && channels_of(storage) == channels;
     };
     const std::string holds = std::string("it holds ") + name_of(element) +
                               (channels == 1 ? "" : " in " + std::to_string(channels) + " channels");
-    if (const auto storage = said.get("storage")) {
+    if (const auto storage = storage_named(said)) {
         if (!fits(*storage))
-            refuse(argument, holds + ", which the storage " + text_of(nb::repr(said.given)) + " does not");
+            refuse(argument, holds + ", which the storage " + text_of(nb::repr(said)) + " does not");
         return *storage;
     }
     if (packing == Packing::uint16_rotated)
@@ -391,29 +378,27 @@ Element element_of_name(const std::string& dtype) {
     refuse("dtype", dtype + " is unknown; it is float32, float16, uint32, uint16 or uint8");
 }
 
-nb::tuple shape_of(const Image& image) {
-    if (image.channels() == 1)
-        return nb::make_tuple(image.height(), image.width());
-    return nb::make_tuple(image.height(), image.width(), image.channels());
+nb::tuple shape_of(const Layout& layout) {
+    return layout.channels == 1 ? nb::make_tuple(layout.height, layout.width)
+                                : nb::make_tuple(layout.height, layout.width, layout.channels);
 }
 
-DeviceImage to_device(const Pixels& array, const Device& device) {
-    if (is_image(array.given))
-        return nb::cast<DeviceImage>(array.given);
-    const Native given = read_array(array.given, Holds::depth, "array");
-    const HostImage host = host_image_of(given.array, Holds::depth, "array");
-    const std::shared_ptr<HeldArray>& held = host.held;
+DeviceImage to_device(nb::handle given, const Device& device) {
+    if (is_image(given))
+        return nb::cast<DeviceImage>(given);
+    const Native native = read_array(given, Holds::depth, "array");
+    const HostImage host = host_image_of(native.array, Holds::depth, "array");
     Image image = image_of(host, device);
-    held->device = device;
-    held->waits = true;
+    host.held->device = device;
+    host.held->waits = true;
     const char* no_target = nullptr;
-    if (WriteArray writable; given.converted || held->copy || !is_aligned(given.array))
+    if (WriteArray writable; native.converted || host.is_copy || !is_aligned(native.array))
         no_target =
             "the Image is a copy of its array: rows lie one after the other in memory of this byte order, aligned to "
             "their elements, where a result may go";
-    else if (!takes(array.given, writable, "array"))
+    else if (!takes(given, writable, "array"))
         no_target = "the Image is of a read-only array";
-    return {image, held, no_target, device.info().cpu ? host.depth(Storage::float32) : HostDepth{}};
+    return {image, host.held, no_target, device.info().cpu ? host.depth(Storage::float32) : HostDepth{}};
 }
 
 nb::object to_numpy(const Image& image) {
@@ -424,78 +409,20 @@ nb::object to_numpy(const Image& image) {
     return array;
 }
 
-HeldDepth host_depth(const Pixels& pixels, const CameraObject& camera, const Word<Storage>& storage,
-                     const char* argument) {
-    const nb::object array =
-        is_image(pixels.given) ? to_numpy(nb::cast<const DeviceImage&>(pixels.given).image) : pixels.given;
-    const HostImage host = host_image(array, Holds::depth, argument);
-    return {host.depth(storage_of(host.element, host.layout.channels, storage, camera.file().packing, argument)),
-            host.held};
+nb::object on_host(nb::handle object) {
+    return is_image(object) ? to_numpy(nb::cast<const DeviceImage&>(object).image) : nb::borrow(object);
 }
 
-std::pair<std::vector<float>, Layout> floats_of(const Pixels& pixels, const char* argument) {
-    nb::object array = pixels.given;
-    if (is_image(array)) {
-        const Image& given = nb::cast<const DeviceImage&>(array).image;
-        if (given.element() != Element::f32)
-            refuse(argument, std::string("holds ") + name_of(given.element()) + "; it must hold float32");
-        array = to_numpy(given);
-    }
-    const ReadArray read = read_array(array, Holds::numbers, argument).array;
-    checked_element(read.dtype(), Holds::numbers, argument);
-    Strided s = strided(read, argument);
-    const std::shared_ptr<std::byte[]> copy = compacted(read.data(), s, sizeof(float));
-    s.layout.row_stride = 0;
-    const auto count = static_cast<std::size_t>(s.layout.width) * static_cast<std::size_t>(s.layout.height) *
-                       static_cast<std::size_t>(s.layout.channels);
-    std::vector<float> floats(count);
-    std::memcpy(floats.data(), copy.get(), count * sizeof(float));
-    return {std::move(floats), s.layout};
+std::pair<Floats, int> floats_of(nb::handle pixels, Holds holds, const char* argument) {
+    const HostImage host = host_image(on_host(pixels), holds, argument);
+    const nb::object floats = numpy("array")(as_numpy(host.held->array), "float32", nb::arg("order") = "C");
+    const std::size_t bytes = element_bytes(host.element);
+    return {nb::cast<Floats>(floats), host.element == Element::f16 ? 32 : static_cast<int>(8 * bytes)};
 }
 
-Numbers numbers_of(const Pixels& pixels, Holds holds, const char* argument) {
-    const nb::object array =
-        is_image(pixels.given) ? to_numpy(nb::cast<const DeviceImage&>(pixels.given).image) : pixels.given;
-    const HostImage host = host_image(array, holds, argument);
-    const auto [width, height, channels, stride] = host.layout;
-    const auto in_row = static_cast<std::size_t>(width) * static_cast<std::size_t>(channels);
-    Numbers made{{}, {width, height, channels}, static_cast<int>(8 * element_bytes(host.element))};
-    made.bits = host.element == Element::f16 ? 32 : made.bits;
-    made.values.resize(in_row * static_cast<std::size_t>(height));
-    const auto take = [&]<typename T>(T) {
-        for (std::size_t y = 0; y < static_cast<std::size_t>(height); ++y) {
-            const auto* row = static_cast<const std::byte*>(host.data) + y * (stride > 0 ? stride : in_row) * sizeof(T);
-            for (std::size_t i = 0; i < in_row; ++i) {
-                T element;
-                std::memcpy(&element, row + i * sizeof(T), sizeof(T)); // which may be unaligned
-                made.values[y * in_row + i] = static_cast<float>(element);
-            }
-        }
-    };
-    const Unlocked released;
-    switch (host.element) {
-    case Element::u8:
-        take(std::uint8_t{});
-        break;
-    case Element::u16:
-        take(std::uint16_t{});
-        break;
-    case Element::f16:
-        take(Eigen::half{});
-        break;
-    case Element::f32:
-        take(float{});
-        break;
-    case Element::u32: // which neither has
-        break;
-    }
-    return made;
-}
-
-nb::object new_floats(const Layout& layout, float*& data) {
-    nb::object array = new_array(Element::f32, layout);
-    data = static_cast<float*>(nb::cast<WriteArray>(array).data());
-    return array;
+HostFloats on_host(const Floats& floats) {
+    return {floats.data(), static_cast<int>(floats.shape(1)), static_cast<int>(floats.shape(0)),
+            floats.ndim() == 3 ? static_cast<int>(floats.shape(2)) : 1};
 }
 
 } // namespace fathom::python

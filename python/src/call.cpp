@@ -10,8 +10,8 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <ctime>
-#include <limits>
 #include <map>
 #include <mutex>
 #include <stdexcept>
@@ -32,8 +32,7 @@ Seconds seconds_since(const Seconds& start) {
     return {now.first - start.first, now.second - start.second};
 }
 
-std::string device_name_of(const DeviceOption& choice, const char* argument) {
-    const nb::handle given = choice.given;
+std::string device_name_of(nb::handle given, const char* argument) {
     std::string wanted;
     if (!given.is_valid() || given.is_none() || nb::try_cast(given, wanted))
         return wanted;
@@ -70,9 +69,9 @@ Device opened(const std::function<Device()>& open) {
     }
 }
 
-Device device_of(const DeviceOption& choice) {
-    if (nb::isinstance<Device>(choice.given))
-        return nb::cast<Device>(choice.given);
+Device device_of(nb::handle choice) {
+    if (nb::isinstance<Device>(choice))
+        return nb::cast<Device>(choice);
     const std::string wanted = device_name_of(choice, "device");
     return opened([&] {
         static std::mutex mutex;
@@ -88,62 +87,69 @@ namespace {
 
 using Mask = nb::ndarray<const bool, nb::ndim<2>, nb::c_contig>;
 
+bool is_given(nb::handle object) {
+    return object.is_valid() && !object.is_none();
+}
+
 // Pixels that do not count. Anything that NumPy compares with 0 will do.
-Mask mask_of(const Pixels& ignore, int width, int height) {
+nb::object mask_of(nb::handle ignore, int width, int height) {
     const nb::module_ numpy = nb::module_::import_("numpy");
-    const nb::object given = is_image(ignore.given) ? to_numpy(nb::cast<const DeviceImage&>(ignore.given).image)
-                                                    : nb::object(numpy.attr("asarray")(ignore.given));
+    const nb::object given = numpy.attr("asarray")(on_host(ignore));
     const std::string shape = text_of(nb::str(nb::object(given.attr("shape")))),
                       of_depth = text_of(nb::str(nb::make_tuple(height, width)));
     if (shape != of_depth)
         refuse("ignore", "its shape is " + shape + "; it must be that of the depth, " + of_depth);
-    return nb::cast<Mask>(nb::object(numpy.attr("ascontiguousarray")(numpy.attr("not_equal")(given, 0))));
+    return numpy.attr("ascontiguousarray")(numpy.attr("not_equal")(given, 0));
 }
 
 } // namespace
 
-Call::Call(const Pixels& depth, const CameraObject& camera, const Word<Storage>& storage, const DeviceOption& device,
-           const Pixels& ignore)
-    : Call(depth, &camera, storage, device) {
-    depth_ = stored(depth, "depth", ignore);
+Common::Common(const nb::dict& given) {
+    for (const auto& [name, object] : {std::pair("depth", &depth),
+                                       {"camera", &camera},
+                                       {"storage", &storage},
+                                       {"out", &out},
+                                       {"device", &device},
+                                       {"ignore", &ignore}}) {
+        PyObject* held = PyDict_GetItemString(given.ptr(), name);
+        *object = nb::borrow(held ? held : Py_None);
+    }
 }
 
-Call::Call(const Pixels& depth, const LensArguments& lens, const Pixels& color, const DeviceOption& device,
-           const Pixels& ignore)
-    : Call(depth, nullptr, {}, device) {
-    Numbers given = numbers_of(depth, Holds::relative, "depth");
-    const auto [width, height, channels, _] = given.layout;
-    if (ignore) {
-        const Mask mask = mask_of(ignore, width, height);
-        for (std::size_t i = 0; i < given.values.size(); ++i)
-            if (mask.data()[i / static_cast<std::size_t>(channels)])
-                given.values[i] = std::numeric_limits<float>::quiet_NaN();
+Call::Call(const Common& given, const CameraObject* camera, const LensArguments& lens, nb::handle picture)
+    : camera_(camera), makes_images_(is_image(given.depth)) {
+    last_run = {};
+    device_ = makes_images_ && !is_given(given.device) ? nb::cast<DeviceImage&>(given.depth).image.device()
+                                                       : device_of(given.device);
+    depth_ = camera ? stored(given.depth, "depth", given.storage, given.ignore) : of_relative(given, lens, picture);
+}
+
+StoredDepth Call::of_relative(const Common& given, const LensArguments& lens, nb::handle picture) {
+    auto [values, bits] = floats_of(given.depth, Holds::relative, "depth");
+    const HostFloats held = on_host(values);
+    if (is_given(given.ignore))
+        nb::cast(values).attr("__setitem__")(mask_of(given.ignore, held.width, held.height), std::nan(""));
+    HostFloats light;
+    std::optional<Floats> color;
+    if (is_given(picture)) {
+        auto [codes, color_bits] = floats_of(picture, Holds::picture, "color");
+        if (color_bits < 32)
+            nb::cast(codes).attr("__itruediv__")(nb::module_::import_("numpy").attr("float32")((1 << color_bits) - 1));
+        color = codes;
+        light = on_host(*color);
     }
-    Numbers picture;
-    if (color)
-        picture = numbers_of(color, Holds::picture, "color");
-    if (picture.bits < 32)
-        for (float& code : picture.values)
-            code /= picture.bits == 8 ? 255.0f : 65535.0f;
     const auto made = std::make_shared<RelativeValues>();
     try {
         const Unlocked released;
-        *made = relative_values(given.floats(), given.bits, relative_options(lens), picture.floats());
+        *made = relative_values(held, bits, relative_options(lens), light);
     } catch (const std::invalid_argument& error) {
         refuse("depth", error.what());
     }
-    warn(made->doubts, "depth");
+    warn(made->doubts, "depth", 2);
     kept_.push_back(made);
     waits_ = true;
-    depth_ = {Image::from_host(device_, Element::f32, made->values.data(), {made->width, made->height}),
-              relative_camera(made->width, made->height, *lens.relative), Storage::float32};
-}
-
-Call::Call(const Pixels& depth, const CameraObject* camera, const Word<Storage>& storage, const DeviceOption& device)
-    : camera_(camera), storage_(storage), makes_images_(is_image(depth.given)) {
-    last_run = {};
-    const bool chosen = device.given.is_valid() && !device.given.is_none();
-    device_ = makes_images_ && !chosen ? nb::cast<DeviceImage&>(depth.given).image.device() : device_of(device);
+    return {Image::from_host(device_, Element::f32, made->values.data(), {made->width, made->height}),
+            relative_camera(made->width, made->height, *lens.relative), Storage::float32};
 }
 
 Call::~Call() {
@@ -154,20 +160,20 @@ Call::~Call() {
 }
 
 // `host`: where an array lies, whose values nobody has given a meaning.
-Image Call::image(const Pixels& pixels, Holds holds, const char* argument, HostDepth* host) {
+Image Call::image(nb::handle pixels, Holds holds, const char* argument, HostDepth* host) {
     const auto look_at = [&](const HostDepth& lies, Element element) {
         if (host && reinterpret_cast<std::uintptr_t>(lies.data) % element_bytes(element) == 0)
             *host = lies;
     };
-    if (is_image(pixels.given)) {
-        const auto& shared = nb::cast<DeviceImage&>(pixels.given);
+    if (is_image(pixels)) {
+        const auto& shared = nb::cast<DeviceImage&>(pixels);
         if (shared.array)
             kept_.push_back(shared.array);
         look_at(shared.host, shared.image.element());
         return shared.image;
     }
     waits_ = true;
-    const HostImage array = host_image(pixels.given, holds, argument);
+    const HostImage array = host_image(pixels, holds, argument);
     kept_.push_back(array.held);
     look_at(array.depth(Storage::float32), array.element);
     const Seconds start = seconds_now();
@@ -176,25 +182,23 @@ Image Call::image(const Pixels& pixels, Holds holds, const char* argument, HostD
     return made;
 }
 
-StoredDepth Call::without(const StoredDepth& stored, const Pixels& ignore) const {
-    const Layout layout{stored.image.width(), stored.image.height()};
-    const Mask mask = mask_of(ignore, layout.width, layout.height);
-    const Unlocked released;
-    return ignore_pixels(stored, Image::from_host(device_, Element::u8, mask.data(), layout));
-}
-
-StoredDepth Call::stored(const Pixels& pixels, const char* argument, const Pixels& ignore) {
+StoredDepth Call::stored(nb::handle pixels, const char* argument, nb::handle storage, nb::handle ignore) {
     HostDepth host;
-    const Image stored = image(pixels, Holds::depth, argument, &host);
-    const Camera& camera = camera_->for_size(stored.width(), stored.height());
-    host.storage = storage_of(stored.element(), stored.channels(), storage_, camera_->file().packing, argument);
-    StoredDepth depth{stored, camera, host.storage};
+    const Image image = this->image(pixels, Holds::depth, argument, &host);
+    const Camera& camera = camera_->for_size(image.width(), image.height());
+    host.storage = storage_of(image.element(), image.channels(), storage, camera_->file().packing, argument);
+    StoredDepth depth{image, camera, host.storage};
     std::vector<std::byte> left; // of an array without the pixels that do not count
-    if (ignore) {
-        depth = without(depth, ignore);
+    if (is_given(ignore)) {
+        const Layout layout{image.width(), image.height()};
+        const auto mask = nb::cast<Mask>(mask_of(ignore, layout.width, layout.height));
+        {
+            const Unlocked released;
+            depth = ignore_pixels(depth, Image::from_host(device_, Element::u8, mask.data(), layout));
+        }
         if (host.data) {
-            host.row_bytes = static_cast<std::size_t>(host.width) * static_cast<std::size_t>(stored.channels()) *
-                             element_bytes(stored.element());
+            host.row_bytes = static_cast<std::size_t>(host.width) * static_cast<std::size_t>(image.channels()) *
+                             element_bytes(image.element());
             left.resize(host.row_bytes * static_cast<std::size_t>(host.height));
             depth.image.download(left.data());
             host.data = left.data();
@@ -203,11 +207,6 @@ StoredDepth Call::stored(const Pixels& pixels, const char* argument, const Pixel
     if (host.data)
         camera_->doubt(host, argument);
     return depth;
-}
-
-StoredDepth Call::more_depth(const Pixels& pixels, const char* argument) {
-    storage_ = {};
-    return stored(pixels, argument);
 }
 
 void Call::fit(const Image& picture) {
@@ -219,7 +218,7 @@ void Call::fit(const Image& picture) {
 }
 
 Image Call::result(nb::handle target, const char* argument, Element element, Layout layout) {
-    const bool given = target.is_valid() && !target.is_none();
+    const bool given = is_given(target);
     if (given && is_image(target)) {
         const auto& there = nb::cast<DeviceImage&>(target);
         if (there.no_target)

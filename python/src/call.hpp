@@ -19,20 +19,8 @@ struct BackDepth {
     nb::object depth;
 };
 
-/// The same, for what is written.
-struct Target {
-    static constexpr auto annotation = nb::detail::const_name("fathom._operations.Array | Image | tuple");
-    nb::object given;
-};
-
-/// `device=`: None, a `fathom.Device`, or what `Device::open` takes.
-struct DeviceOption {
-    static constexpr auto annotation = nb::detail::const_name("Device | DeviceInfo | str | int");
-    nb::object given;
-};
-
-/// What `Device::open` takes, of anything but a `fathom.Device`.
-std::string device_name_of(const DeviceOption& choice, const char* argument);
+/// What `Device::open` takes, of anything but a `fathom.Device`: None, one of `fathom.devices()`, its index, or a part of a name.
+std::string device_name_of(nb::handle choice, const char* argument);
 
 /// Lets the loader know the driver that the extra `cpu` brings. Called before devices are listed.
 void find_driver();
@@ -41,13 +29,20 @@ void find_driver();
 Device opened(const std::function<Device()>& open);
 
 /// The device that is meant. One that was opened by its name is opened once.
-Device device_of(const DeviceOption& choice);
+Device device_of(nb::handle choice);
 
 /// Seconds that passed, and those that the calling thread worked.
 using Seconds = std::pair<double, double>;
-
 Seconds seconds_now();
 Seconds seconds_since(const Seconds& start);
+
+/// What all calls take beside an operation's own arguments; None of what is not given.
+struct Common {
+    nb::object depth, camera, storage, out, device, ignore;
+
+    /// By their names among a function's arguments.
+    explicit Common(const nb::dict& given);
+};
 
 /// One call of an operation: its inputs as images, its results, and the wait for them.
 ///
@@ -55,14 +50,8 @@ Seconds seconds_since(const Seconds& start);
 /// `fathom.Image`s, and the call returns at once unless another input or an `out` is an array.
 class Call {
 public:
-    /// `operation` stands in messages.
-    Call(const Pixels& depth, const CameraObject& camera, const Word<Storage>& storage, const DeviceOption& device,
-         const Pixels& ignore = {});
-
-    /// The same of relative depth, for a lens without a camera. `color`: the picture whose size it gets, if there is one.
-    Call(const Pixels& depth, const LensArguments& lens, const Pixels& color, const DeviceOption& device,
-         const Pixels& ignore);
-
+    /// `camera`: None for relative depth, whose lens is given then. `picture`: whose size that gets, if there is one.
+    Call(const Common& given, const CameraObject* camera, const LensArguments& lens = {}, nb::handle picture = {});
     ~Call();
     Call(const Call&) = delete;
     Call& operator=(const Call&) = delete;
@@ -70,19 +59,14 @@ public:
     const StoredDepth& depth() const { return depth_; }
 
     /// More depth of the same camera.
-    StoredDepth more_depth(const Pixels& pixels, const char* argument);
-    Image image(const Pixels& pixels, Holds holds, const char* argument) {
-        return image(pixels, holds, argument, nullptr);
-    }
+    StoredDepth more_depth(nb::handle pixels, const char* argument) { return stored(pixels, argument, {}, {}); }
+    Image image(nb::handle pixels, Holds holds, const char* argument, HostDepth* host = nullptr);
 
     /// Brings the depth to the size of a picture that shows the same, if it has another.
     void fit(const Image& picture);
 
     /// Adds a result: `target`'s memory, or new memory.
     Image result(nb::handle target, const char* argument, Element element, Layout layout);
-    Image result(nb::handle target, const char* argument, int channels = 1) {
-        return result(target, argument, Element::f32, {depth_.image.width(), depth_.image.height(), channels});
-    }
 
     /// Calls the operation without the interpreter's lock, and waits if arrays take part.
     void run(const std::function<void()>& operation);
@@ -103,14 +87,11 @@ private:
         std::size_t row_stride;
     };
 
-    Call(const Pixels& depth, const CameraObject* camera, const Word<Storage>& storage, const DeviceOption& device);
-    StoredDepth stored(const Pixels& pixels, const char* argument, const Pixels& ignore = {});
-    StoredDepth without(const StoredDepth& stored, const Pixels& ignore) const;
-    Image image(const Pixels& pixels, Holds holds, const char* argument, HostDepth* host);
+    StoredDepth stored(nb::handle pixels, const char* argument, nb::handle storage, nb::handle ignore);
+    StoredDepth of_relative(const Common& given, const LensArguments& lens, nb::handle picture);
 
     Device device_;
     const CameraObject* camera_; // none of relative depth
-    Word<Storage> storage_;
     StoredDepth depth_;
     bool makes_images_;
     bool waits_ = false;

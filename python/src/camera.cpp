@@ -1,9 +1,8 @@
 // fathom.Camera: the keys of the camera file as keyword arguments, and the importers.
 #include "camera.hpp"
-#include "bindings.hpp"
 
+#include "arrays.hpp"
 #include "unlocked.hpp"
-#include "words.hpp"
 
 #include "camera_file/file.hpp"
 #include "camera_file/imported.hpp"
@@ -27,6 +26,7 @@
 
 #include <cmath>
 #include <fstream>
+#include <regex>
 #include <stdexcept>
 
 namespace fs = std::filesystem;
@@ -117,8 +117,8 @@ CameraObject camera_of_keys(const nb::kwargs& given) {
     return as_argument([&] { return CameraObject(io::completed(source, {.keys = keys_given(given)}, {})); });
 }
 
-CameraObject doubted(CameraObject camera, const std::string& name) {
-    camera.doubt(camera.file().camera.width, camera.file().camera.height, name);
+CameraObject doubted(CameraObject camera, const std::string& name, int frames = 1) {
+    camera.doubt(camera.file().camera.width, camera.file().camera.height, name, frames);
     return camera;
 }
 
@@ -142,8 +142,15 @@ std::optional<ImportedCamera> from_other_importers(const std::string& name, cons
         why = text_of(nb::str(error.value()));
         return {};
     }
-    const auto [text, warnings] = nb::cast<std::pair<std::string, std::vector<std::string>>>(
-        nb::object(importers.attr("camera_file")(*arguments)));
+    nb::object found;
+    try {
+        found = importers.attr("camera_file")(*arguments);
+    } catch (nb::python_error& error) {
+        if (!error.matches(PyExc_RuntimeError))
+            throw;
+        throw Error(in_python(text_of(nb::str(error.value()))));
+    }
+    const auto [text, warnings] = nb::cast<std::pair<std::string, std::vector<std::string>>>(found);
     ImportedCamera camera = camera_of_text(text, name).file();
     camera.warnings.insert(camera.warnings.end(), warnings.begin(), warnings.end());
     return camera;
@@ -158,21 +165,23 @@ bool is_json_or_glb(const fs::path& path) {
 }
 
 CameraObject load(const fs::path& path, const std::string& image, const std::string& node, const std::string& preset,
-                  bool undistorted, const Word<Storage>& storage, const fs::path& depth) {
+                  bool undistorted, nb::handle storage, const fs::path& depth) {
     ImportedCamera camera;
+    const std::optional<Storage> stored = storage_named(storage);
     try {
         camera = import_json_camera(path, {.image = image,
                                            .node = node,
                                            .preset = preset,
                                            .undistorted = undistorted,
-                                           .storage = storage.get("storage"),
+                                           .storage = stored,
                                            .depth = depth});
     } catch (const Error& error) {
         std::string why;
-        const auto other = from_other_importers(path.string(),
-                                                nb::make_tuple(path, image, node, preset, undistorted,
-                                                               storage.is_given() ? storage.given : nb::none(), depth),
-                                                why);
+        const auto other =
+            from_other_importers(path.string(),
+                                 nb::make_tuple(path, image, node, preset, undistorted,
+                                                stored ? std::optional(int(*stored)) : std::nullopt, depth),
+                                 why);
         if (!other && (!fs::is_regular_file(path) || is_json_or_glb(path)))
             throw Error(in_python(error.what()));
         if (!other)
@@ -182,8 +191,8 @@ CameraObject load(const fs::path& path, const std::string& image, const std::str
                         why);
         camera = *other;
     }
-    warn(camera.warnings, path.string());
-    return doubted(CameraObject(std::move(camera)), path.string());
+    warn(camera.warnings, path.string(), 2);
+    return doubted(CameraObject(std::move(camera)), path.string(), 2);
 }
 
 nb::dict keys_of(const CameraObject& camera) {
@@ -257,18 +266,29 @@ nb::object pixel_of_directions(const CameraObject& camera, nb::handle directions
 
 } // namespace
 
-// At the caller's line: functions of this module have no frame of Python's.
-void warn(const std::vector<std::string>& warnings, const std::string& name) {
+std::string in_python(const std::string& said) {
+    static const std::pair<std::regex, const char*> spoken[] = {
+        {std::regex(R"( \(--(camera|channel)\))"), ""}, // which have no argument here
+        {std::regex(R"(--preset ([^ ;,)]+(,[^ ;,)]+)*))"), R"(preset="$1")"},
+        {std::regex(R"(--undistorted(?![\w-]))"), "undistorted=True"},
+        {std::regex(R"(--(preset|image|node)(?![\w-]))"), "$1="}};
+    std::string words = said;
+    for (const auto& [option, argument] : spoken)
+        words = std::regex_replace(words, option, argument);
+    return words;
+}
+
+void warn(const std::vector<std::string>& warnings, const std::string& name, int frames) {
     if (warnings.empty())
         return;
     const nb::object category = nb::module_::import_("fathom._fathom").attr("CameraWarning");
     for (const std::string& warning : warnings)
-        if (PyErr_WarnEx(category.ptr(), (name + ": " + in_python(warning)).c_str(), 1) != 0)
+        if (PyErr_WarnEx(category.ptr(), (name + ": " + in_python(warning)).c_str(), frames) != 0)
             throw nb::python_error();
 }
 
 const Camera& CameraObject::for_size(int width, int height) const {
-    doubt(width, height, source);
+    doubt(width, height, source, 2);
     return of_size(width, height);
 }
 
@@ -289,10 +309,10 @@ CameraObject CameraObject::for_view_depth() const {
     return other;
 }
 
-void CameraObject::doubt(int width, int height, const std::string& name) const {
+void CameraObject::doubt(int width, int height, const std::string& name, int frames) const {
     if (is_doubted_ || width == 0 || height == 0)
         return;
-    warn(key_doubts(file_.text, width, height), name);
+    warn(key_doubts(file_.text, width, height), name, frames);
     is_doubted_ = true;
 }
 
@@ -307,7 +327,7 @@ void CameraObject::doubt(const HostDepth& stored, const char* argument) const {
     } catch (const std::invalid_argument&) { // the operation says it
         return;
     }
-    warn(said, argument);
+    warn(said, argument, 2);
     is_depth_doubted_ = true;
 }
 
@@ -429,23 +449,15 @@ Raises fathom.Error, one line with the file's name.)")
         },
         nb::sig("def presets() -> dict[str, str]"),
         "The sources that `preset` may name: name, and what writes such depth.");
-    module.def(
-        "preset_camera",
-        [](const std::string& text, int width, int height) {
-            return as_argument([&] {
-                nlohmann::json keys = io::parsed_preset("preset " + text, text);
-                camera_for(io::completed(source, {.keys = keys}, {}), width, height); // throws for another size
-                keys["width"] = width;
-                keys["height"] = height;
-                return doubted(CameraObject(io::completed(source, {.keys = keys}, {})), source);
-            });
-        },
-        nb::arg("text"), nb::arg("width"), nb::arg("height"),
-        R"(The camera of a source of depth, from the text that the program's --preset takes.
-
-    preset_camera("kinect:fx=525,fy=525,cx=319.5,cy=239.5", 640, 480)
-
-Raises ValueError naming what is missing.)");
+    module.def("_preset_camera", [](const std::string& text, int width, int height) {
+        return as_argument([&] {
+            nlohmann::json keys = io::parsed_preset("preset " + text, text);
+            camera_for(io::completed(source, {.keys = keys}, {}), width, height); // throws for another size
+            keys["width"] = width;
+            keys["height"] = height;
+            return doubted(CameraObject(io::completed(source, {.keys = keys}, {})), source, 2);
+        });
+    });
 }
 
 } // namespace fathom::python

@@ -26,14 +26,12 @@ public:
     /// The same, with a warning of doubtful keys.
     const Camera& for_size(int width, int height) const;
 
-    /// What is probably wrong with the keys for an image of this size.
-
     /// The same camera for view depth, which `linearize` makes.
     CameraObject for_view_depth() const;
     bool is_for_view_depth() const { return is_for_view_depth_; }
 
     /// Warns once of keys that hardly anybody means for an image of this size.
-    void doubt(int width, int height, const std::string& name) const;
+    void doubt(int width, int height, const std::string& name, int frames = 1) const;
 
     /// Looks once at a sample of depth of the last size, and warns of what is probably wrong.
     void doubt(const HostDepth& stored, const char* argument) const;
@@ -45,7 +43,10 @@ private:
     mutable Camera last_; // read and written under the interpreter's lock
 };
 
-/// Warns of what is probably wrong: a `CameraWarning` each.
-void warn(const std::vector<std::string>& warnings, const std::string& name);
+/// Warns of what is probably wrong: a `CameraWarning` each, so many of Python's frames above.
+void warn(const std::vector<std::string>& warnings, const std::string& name, int frames = 1);
+
+/// A message of the importers, whose options are the program's, with Python's arguments.
+std::string in_python(const std::string& said);
 
 } // namespace fathom::python

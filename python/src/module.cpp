@@ -1,8 +1,9 @@
 // The module fathom._fathom: devices, images and exceptions. Operations and cameras have files of their own.
-#include "bindings.hpp"
 #include "call.hpp"
 #include "camera.hpp"
 #include "unlocked.hpp"
+
+#include "description/range.hpp"
 
 #include <fathom/device.hpp>
 #include <fathom/error.hpp>
@@ -16,7 +17,16 @@
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/vector.h>
 
+#include <algorithm>
+#include <array>
+#include <stdexcept>
+
 namespace fathom::python {
+
+void bind_camera(nb::module_& module);     // camera.cpp
+void bind_end(nb::module_& module);        // unlocked.cpp
+void bind_operations(nb::module_& module); // operations.cpp
+
 namespace {
 
 template <typename Handle>
@@ -65,15 +75,20 @@ rows, and 0 stands for what is fastest.
 Raises NoDevice naming what is there, and ValueError.)")
         .def(
             "__init__",
-            [](Device* self, const DeviceOption& choice, const Word<Arithmetic>& arithmetic, int vector_width,
-               int group_size, std::size_t memory_budget) {
+            [](Device* self, nb::handle choice, const std::string& arithmetic, int vector_width, int group_size,
+               std::size_t memory_budget) {
                 DeviceOptions options{
                     .vector_width = vector_width, .group_size = group_size, .memory_budget = memory_budget};
-                options.arithmetic = arithmetic.get("arithmetic").value_or(options.arithmetic);
+                static constexpr std::array names{"automatic", "fp64", "two-float"};
+                const auto named = std::ranges::find(names, arithmetic);
+                if (named == names.end())
+                    throw std::invalid_argument("arithmetic = '" + arithmetic + "' is unknown; it is " +
+                                                description::in_words(names));
+                options.arithmetic = static_cast<Arithmetic>(named - names.begin());
                 const std::string wanted = device_name_of(choice, "wanted");
                 new (self) Device(opened([&] { return Device::open(wanted, options); }));
             },
-            nb::arg("wanted") = nb::none(), nb::kw_only(), nb::arg("arithmetic") = nb::none(),
+            nb::arg("wanted") = nb::none(), nb::kw_only(), nb::arg("arithmetic") = "automatic",
             nb::arg("vector_width") = 0, nb::arg("group_size") = 0, nb::arg("memory_budget") = 0)
         .def_static(
             "from_int_ptr",
@@ -121,7 +136,7 @@ arrays, are no `out`. Operations on an Image give Images.
 numpy.asarray(image) and DLPack wait for the image, and copy it.)")
         .def(
             "__init__",
-            [](DeviceImage* self, const Pixels& array, const DeviceOption& device) {
+            [](DeviceImage* self, nb::handle array, nb::handle device) {
                 new (self) DeviceImage(to_device(array, device_of(device)));
             },
             nb::arg("array"), nb::arg("device") = nb::none())
@@ -173,7 +188,10 @@ elements from one row to the next (default: without a gap). offset: elements bef
             "A copy on the CPU.")
         .def("__dlpack_device__", [](const DeviceImage&) { return std::pair(nb::device::cpu::value, 0); })
         .def_prop_ro(
-            "shape", [](const DeviceImage& image) { return shape_of(image.image); },
+            "shape",
+            [](const DeviceImage& image) {
+                return shape_of({image.image.width(), image.image.height(), image.image.channels()});
+            },
             "(height, width), or (height, width, channels).")
         .def_prop_ro(
             "dtype", [](const DeviceImage& image) { return name_of(image.image.element()); },
@@ -185,7 +203,7 @@ elements from one row to the next (default: without a gap). offset: elements bef
             "int_ptr", [](const DeviceImage& image) { return int_ptr(image.image.buffer()); },
             "The OpenCL buffer, for pyopencl.Buffer.from_int_ptr(image.int_ptr).")
         .def("__repr__", [](const DeviceImage& image) {
-            return std::string("<fathom.Image ") + text_of(nb::str(shape_of(image.image))) + " " +
+            return std::string("<fathom.Image ") + text_of(nb::str(nb::object(nb::cast(image).attr("shape")))) + " " +
                    name_of(image.image.element()) + " on " + image.image.device().info().name + ">";
         });
 }
@@ -198,7 +216,7 @@ Where it is NaN or lies in front of the first, a quarter of the radius counts.
 
     fathom.ssao(depth, camera, 0.5, thickness=fathom.BackDepth(back)))")
         .def(
-            "__init__", [](BackDepth* self, const Pixels& depth) { new (self) BackDepth{depth.given}; },
+            "__init__", [](BackDepth* self, nb::handle depth) { new (self) BackDepth{nb::borrow(depth)}; },
             nb::arg("depth"));
 }
 
@@ -217,11 +235,9 @@ NB_MODULE(_fathom, module) {
     nb::set_leak_warnings(false); // a daemon thread still holds objects when the interpreter ends
 #endif
     bind_end(module);
-    bind_functions(module);
     bind_camera(module);
     bind_devices(module);
     bind_images(module);
     bind_back_depth(module);
     bind_operations(module);
-    bind_check(module);
 }

@@ -1,21 +1,14 @@
-// The operations, as their descriptions have them: arguments, results, types and words.
-#include "bindings.hpp"
-
+// The operations, as their descriptions have them. python/generate.py writes the functions that call these.
 #include "call.hpp"
-#include "keywords.hpp"
-#include "signature.hpp"
 #include "unlocked.hpp"
 
 #include "description/as_json.hpp"
-#include "description/photograph.hpp"
 #include "text.hpp"
 
-#include <fathom/lens_arguments.hpp>
+#include <fathom/doubts.hpp>
 #include <fathom/linearize.hpp>
-#include <fathom/photograph.hpp>
 
 #include <nanobind/stl/array.h>
-#include <nanobind/stl/optional.h>
 #include <nanobind/stl/pair.h>
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/tuple.h>
@@ -23,8 +16,10 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
+#include <functional>
+#include <iterator>
 #include <stdexcept>
-#include <string>
 #include <string_view>
 #include <tuple>
 #include <utility>
@@ -34,32 +29,153 @@ namespace {
 
 using description::Kind;
 using description::Option;
-using nb::arg;
+using description::Value;
 
-// What all operations take, besides what is described.
-struct Common {
-    Word<Storage> storage;
-    Target out;
-    DeviceOption device;
-    Pixels ignore;
+const std::vector<description::Operation>& operations() {
+    static const auto all = [] {
+        std::vector<description::Operation> all = description::operations();
+        for (description::Operation& operation : all)
+            for (Option& option : operation.options)
+                if (option.name == std::string_view("as"))
+                    option.name = "as_";
+        return all;
+    }();
+    return all;
+}
 
-    // The last to take arguments.
-    explicit Common(Keywords& keywords)
-        : storage{keywords.take("storage")}, out{keywords.take("out")}, device{keywords.take("device")},
-          ignore{keywords.take("ignore")} {
-        keywords.finish();
+// A value as a message shows it: on one line, and not longer than a line.
+std::string in_short(nb::handle value) {
+    const nb::object words = nb::module_::import_("reprlib").attr("repr")(value).attr("split")();
+    return text_of(nb::str(nb::str(" ").attr("join")(words)));
+}
+
+// What may be given for an option of several of its name.
+const char* kind_of(const Option& option) {
+    switch (option.kind) {
+    case Kind::number:
+        return "a number";
+    case Kind::choice:
+        return "'silhouette'";
+    case Kind::depth:
+        return "a fathom.BackDepth";
+    default:
+        return "an array";
     }
-};
+}
+
+bool is_kind(const Option& option, nb::handle given) {
+    switch (option.kind) {
+    case Kind::number: // also one of NumPy's
+        return PyNumber_Check(given.ptr()) &&
+               (!nb::hasattr(given, "shape") || nb::len(nb::object(given.attr("shape"))) == 0);
+    case Kind::choice:
+        return PyUnicode_Check(given.ptr()) && PyUnicode_CompareWithASCIIString(given.ptr(), option.choices()[0]) == 0;
+    case Kind::depth:
+        return nb::isinstance<BackDepth>(given);
+    default:
+        return !PyUnicode_Check(given.ptr()) && !nb::isinstance<BackDepth>(given);
+    }
+}
+
+// Is it a function that takes `color`, a picture that gives its results their size, though it computes nothing of the picture?
+bool takes_size_of_picture(const description::Operation& operation) {
+    return std::string_view(operation.name) == description::DofMasksCall::said.name;
+}
+
+[[noreturn]] void refuse_type(const std::string& function, const char* name, const std::string& kind, nb::handle given,
+                              const char* cure = "") {
+    PyErr_Clear();
+    throw nb::type_error(text(function, "(): ", name, " must be ", kind, ", not ", in_short(given), cure).c_str());
+}
+
+// What is given for an option that is no image.
+Value value_of(const std::string& function, const Option& option, nb::handle given) {
+    const auto read = [&]() -> std::optional<Value> {
+        if (option.kind == Kind::number) {
+            const double number = PyFloat_AsDouble(given.ptr());
+            if (!PyErr_Occurred())
+                return number;
+            if (PyErr_ExceptionMatches(PyExc_OverflowError))
+                refuse_type(function, option.name, option.instead_of(HUGE_VAL), given);
+            return std::nullopt;
+        }
+        if (PyBool_Check(given.ptr()) && (option.kind == Kind::flag || option.kind == Kind::result))
+            return given.is(nb::handle(Py_True));
+        std::vector<double> numbers;
+        return nb::try_cast(given, numbers) ? description::value_of(option.kind, numbers) : std::nullopt;
+    };
+    if (option.kind == Kind::choice) {
+        for (std::size_t i = 0; i < option.choices().size(); ++i)
+            if (PyUnicode_Check(given.ptr()) && PyUnicode_CompareWithASCIIString(given.ptr(), option.choices()[i]) == 0)
+                return i;
+        throw std::invalid_argument(
+            text(option.name, " = ", in_short(given), " is unknown; it is ", option.accepted()));
+    }
+    const std::optional<Value> value = read();
+    if (!value)
+        refuse_type(function, option.name,
+                    option.kind == Kind::flag || option.kind == Kind::result ? "True or False" : option.accepted(),
+                    given);
+    if (!option.accepts(*value))
+        throw std::invalid_argument(
+            text(option.name, " = ", text_of(nb::str(given)), " must be ", option.instead_of(*value)));
+    return *value;
+}
+
+// Options with the object of their name. Those of one name lie side by side.
+using Named = std::vector<std::pair<const Option*, PyObject*>>;
+
+Named named(const std::vector<Option>& options) {
+    Named all;
+    for (const Option& option : options)
+        all.emplace_back(&option, PyUnicode_InternFromString(option.name));
+    return all;
+}
+
+// Calls `set` with what is given of options; of several of one name with the one whose kind it is.
+template <typename Set>
+void each_given(const Named& options, const nb::dict& given, const Set& set) {
+    for (auto first = options.begin(); first != options.end();) {
+        const auto end =
+            std::find_if(first, options.end(), [&](const auto& other) { return other.second != first->second; });
+        const nb::handle value = PyDict_GetItem(given.ptr(), first->second);
+        if (value.is_valid() && !value.is_none()) {
+            auto its = first;
+            if (end - first > 1)
+                its = std::find_if(first, end, [&](const auto& one) { return is_kind(*one.first, value); });
+            if (its == end) {
+                std::vector<const char*> kinds;
+                std::transform(first, end, std::back_inserter(kinds),
+                               [](const auto& one) { return kind_of(*one.first); });
+                throw std::invalid_argument(text(first->first->name, " = ", text_of(nb::repr(value)),
+                                                 " is unknown; it is ", description::in_words(kinds)));
+            }
+            set(*its->first, value);
+        }
+        first = end;
+    }
+}
+
+const CameraObject* camera_in(const Common& common, const std::string& function, bool may_be_none) {
+    if (nb::isinstance<CameraObject>(common.camera))
+        return &nb::cast<const CameraObject&>(common.camera);
+    if (may_be_none && common.camera.is_none())
+        return nullptr;
+    refuse_type(function, "camera", "a fathom.Camera", common.camera,
+                nb::isinstance<nb::dict>(common.camera)  ? "; fathom.Camera(**keys) makes one"
+                : function == "dof" || function == "fog" ? "; depth and camera come first, then color"
+                                                         : "");
+}
 
 // The targets of several results: None, or a tuple with one for each field, as an earlier call returned it. A result that is
 // not asked for has none.
-nb::object target_of(const Target& out, std::size_t field, std::size_t fields, bool asked, const std::string& name) {
-    if (!out.given.is_valid() || out.given.is_none())
+nb::object target_of(nb::handle out, std::size_t field, std::size_t fields, bool asked, const std::string& name) {
+    if (out.is_none())
         return nb::none();
-    if (!nb::isinstance<nb::tuple>(out.given) || nb::len(out.given) != fields)
+    if (!nb::isinstance<nb::tuple>(out) || nb::len(out) != fields)
         throw std::invalid_argument("out: must be a tuple of " + std::to_string(fields) +
                                     " arrays or None, one for each field of the result");
-    nb::object target = out.given[field];
+    nb::object target = nb::borrow(out)[field];
     if (!asked && !target.is_none())
         throw std::invalid_argument(name + ": is given, but the call does not ask for this result");
     return target;
@@ -68,28 +184,31 @@ nb::object target_of(const Target& out, std::size_t field, std::size_t fields, b
 // An operation with what its calls need at hand.
 struct Bound {
     const description::Operation& operation;
-    std::vector<Keyword> keywords;
-    std::vector<Keyword> lens;       // of the circle, if it takes one
-    std::vector<Keyword> repair;     // of its depth
-    std::vector<PyObject*> names;    // of the arguments that need none
-    std::vector<std::string> outs;   // names of the results in messages, and that of a single one
-    const Option* circle = nullptr;  // that a lens makes
-    const Option* radius = nullptr;  // of ambient occlusion, which a camera may have
-    nb::object results = nb::none(); // the type of several
+    Named options, lens, repair;
+    std::vector<std::string> outs = {"out"}; // names of a single result, and of each of several, in messages
+    const Option* circle = nullptr;          // that a lens makes
+    const Option* radius = nullptr;          // of ambient occlusion, which a camera may have
+
+    explicit Bound(const description::Operation& its)
+        : operation(its), options(named(its.options)), lens(named(its.lens)), repair(named(its.repair)) {
+        for (const Option& each : its.options) {
+            if (each.kind == Kind::lens)
+                circle = &each;
+            if (std::string_view(each.name) == "radius")
+                radius = &each;
+        }
+        for (const description::Result& result : its.results_of(its.make(nullptr).get(), {}))
+            outs.push_back(text("out.", result.name));
+    }
 };
 
+const Bound& bound(const std::string& name) {
+    static const auto& all =
+        *new std::vector<Bound>(operations().begin(), operations().end()); // as long as the process
+    return *std::ranges::find(all, name, [](const Bound& each) { return std::string_view(each.operation.name); });
+}
+
 using Given = std::vector<std::pair<const Option*, nb::handle>>;
-
-std::string own_name(const Option& option) {
-    return option.name;
-}
-
-void set_radius(const Bound& bound, void* made, const Given& given, const CameraObject& camera) {
-    if (!bound.radius || std::ranges::count(given, bound.radius, &Given::value_type::first) > 0)
-        return;
-    bound.operation.set(made, *bound.radius,
-                        description::default_radius(camera.file().lens, "the camera", bound.radius->name));
-}
 
 // Colours are 0 to 1, also those of integers.
 void check_color(const Option& option, nb::handle given, const Image& picture) {
@@ -103,14 +222,6 @@ void check_color(const Option& option, nb::handle given, const Image& picture) {
                                          ", too; divide by ", bytes ? 255 : 65535));
 }
 
-// The picture that a result is made of, if there is one.
-Pixels picture_in(const Given& given) {
-    for (const auto& [option, value] : given)
-        if (option->kind == Kind::picture && option->required)
-            return {nb::borrow(value)};
-    return {};
-}
-
 // The images, and what is to be seen with them only.
 void set_images(const Bound& bound, void* made, const Given& given, Call& call) {
     Image picture;
@@ -120,8 +231,8 @@ void set_images(const Bound& bound, void* made, const Given& given, Call& call) 
             const auto [x, y, width, height] = std::get<Region>(*read);
             static_cast<void>(call.depth().image.region(x, y, width, height)); // throws where it does not fit
         } else if (option->is_image()) {
-            const Pixels pixels{nb::isinstance<BackDepth>(value) ? nb::cast<const BackDepth&>(value).depth
-                                                                 : nb::borrow(value)};
+            const nb::object pixels =
+                nb::isinstance<BackDepth>(value) ? nb::cast<const BackDepth&>(value).depth : nb::borrow(value);
             if (option->kind == Kind::depth) {
                 bound.operation.set(made, *option, call.more_depth(pixels, option->name));
                 continue;
@@ -140,35 +251,31 @@ void set_images(const Bound& bound, void* made, const Given& given, Call& call) 
             check_color(*option, value, picture);
 }
 
-nb::object call_of(const Bound& bound, const nb::args& arguments, const nb::kwargs& named) {
-    const description::Operation& operation = bound.operation;
-    Keywords keywords(operation.name, bound.names, arguments, named);
-    const Pixels depth{keywords.take("depth")};
-    const nb::object camera_given = keywords.take("camera");
-    const bool has_camera = nb::isinstance<CameraObject>(camera_given);
-    if (!has_camera && (bound.lens.empty() || !camera_given.is_none()))
-        keywords.refuse();
-    const Pixels color{takes_size_of_picture(bound.operation) ? keywords.take("color") : nb::none()};
+nb::object run(const std::string& name, const nb::dict& arguments) {
+    const Bound& its = bound(name);
+    const description::Operation& operation = its.operation;
+    const Common common(arguments);
+    const CameraObject* camera = camera_in(common, name, !its.lens.empty());
     std::shared_ptr<void> options = operation.make(nullptr);
     LensArguments lens;
     DepthRepair repair;
     Given given;
     std::vector<description::Given> together;
-    keywords.each(bound.lens, [&](const Option& option, nb::handle value) {
-        together.push_back({&option, keywords.value_of(option, value)});
+    each_given(its.lens, arguments, [&](const Option& option, nb::handle value) {
+        together.push_back({&option, value_of(name, option, value)});
         option.set(lens, *together.back().value);
     });
-    keywords.each(bound.repair, [&](const Option& option, nb::handle value) {
-        together.push_back({&option, keywords.value_of(option, value)});
+    each_given(its.repair, arguments, [&](const Option& option, nb::handle value) {
+        together.push_back({&option, value_of(name, option, value)});
         option.set(repair, *together.back().value);
     });
-    keywords.each(bound.keywords, [&](const Option& option, nb::handle value) {
+    each_given(its.options, arguments, [&](const Option& option, nb::handle value) {
         given.emplace_back(&option, value);
         together.push_back({&option});
         if (option.is_image())
             return;
-        together.back().value = keywords.value_of(option, value);
-        const description::Value& read = *together.back().value;
+        together.back().value = value_of(name, option, value);
+        const Value& read = *together.back().value;
         if (option.is_default(read)) // which may be given beside anything
             return;
         if (const auto* circle = std::get_if<CircleOfConfusion>(&read))
@@ -176,164 +283,222 @@ nb::object call_of(const Bound& bound, const nb::args& arguments, const nb::kwar
         else
             operation.set(options.get(), option, read);
     });
-    const Common common(keywords);
-    for (const Keyword& each : bound.keywords)
-        if (each.option.required && std::ranges::count(given, &each.option, &Given::value_type::first) == 0)
-            keywords.refuse();
+    for (const auto& [option, _] : its.options)
+        if (option->required && std::ranges::count(given, option, &Given::value_type::first) == 0)
+            refuse_type(name, option->name, option->accepted(), nb::none());
     std::erase_if(together, [](const description::Given& each) { // the default, which a panel hands on, says nothing
         return each.value && each.option->is_default(*each.value);
     });
-    if (const std::string wrong = wrong_together(operation, together, own_name); !wrong.empty())
+    if (const std::string wrong =
+            wrong_together(operation, together, [](const Option& option) { return std::string(option.name); });
+        !wrong.empty())
         throw std::invalid_argument(wrong);
-    if (!has_camera && !lens.relative)
+
+    nb::object color = takes_size_of_picture(operation) ? nb::borrow(arguments["color"]) : nb::none(), picture = color;
+    if (!camera && !lens.relative)
         throw nb::type_error(
-            text(operation.name, "(): camera must be a fathom.Camera, not None, which is for relative depth").c_str());
-    std::optional<Call> opened;
+            text(name, "(): camera must be a fathom.Camera, not None, which is for relative depth").c_str());
     if (lens.relative) {
-        if (has_camera)
+        if (camera)
             refuse("camera", "relative depth has none; give None");
-        if (common.storage.get("storage"))
+        if (storage_named(common.storage))
             refuse("storage", "the dtype of relative depth says how it is read; leave storage out");
         lens = completed(lens, {}, relative_camera(1, 1, *lens.relative).projection);
-        opened.emplace(depth, lens, color ? color : picture_in(given), common.device, common.ignore);
-    } else {
-        const auto& camera = nb::cast<const CameraObject&>(camera_given);
-        set_radius(bound, options.get(), given, camera);
-        opened.emplace(depth, camera, common.storage, common.device, common.ignore);
+        for (const auto& [option, value] : given)
+            if (option->kind == Kind::picture && option->required)
+                picture = nb::borrow(value);
+    } else if (its.radius && std::ranges::count(given, its.radius, &Given::value_type::first) == 0) {
+        operation.set(options.get(), *its.radius,
+                      description::default_radius(camera->file().lens, "the camera", its.radius->name));
     }
-    Call& call = *opened;
+    Call call(common, lens.relative ? nullptr : camera, lens, picture);
     const std::shared_ptr<void> made = std::move(options); // whose images end before the arrays that they lie in
-    if (color)
+    if (!color.is_none())
         call.fit(call.image(color, Holds::picture, "color"));
-    set_images(bound, made.get(), given, call);
+    set_images(its, made.get(), given, call);
     const std::vector<description::Result> results = operation.results_of(made.get(), call.depth());
     const bool alone = !operation.results ||
                        (operation.first_alone && std::ranges::count(results, true, &description::Result::wanted) == 1);
     for (std::size_t i = 0; i < results.size(); ++i) {
-        const auto& [name, image, wanted, shape, content, words] = results[i];
-        const std::string& out = alone ? bound.outs.back() : bound.outs[i];
-        const nb::object target = alone ? common.out.given : target_of(common.out, i, results.size(), wanted, out);
+        const auto& [result, image, wanted, shape, content, words] = results[i];
+        const std::string& out = its.outs[alone ? 0 : i + 1];
+        const nb::object target = alone ? common.out : target_of(common.out, i, results.size(), wanted, out);
         if (wanted)
             *image = call.result(target, out.c_str(), shape.element, shape.layout);
     }
     call.run([&] {
-        if (bound.circle && has_camera)
-            lens = completed(lens, nb::cast<const CameraObject&>(camera_given).file().lens,
-                             call.depth().camera.projection);
-        if (bound.circle)
-            operation.set(made.get(), *bound.circle, circle_for(lens, call.depth()));
-        operation.run(made.get(), bound.repair.empty() ? call.depth() : repaired(call.depth(), repair, lens), {});
+        if (its.circle && camera)
+            lens = completed(lens, camera->file().lens, call.depth().camera.projection);
+        if (its.circle)
+            operation.set(made.get(), *its.circle, circle_for(lens, call.depth()));
+        operation.run(made.get(), its.repair.empty() ? call.depth() : repaired(call.depth(), repair, lens), {});
     });
     if (alone)
         return call.take();
     nb::list fields;
     for (const description::Result& result : results)
         fields.append(result.wanted ? call.take() : nb::none());
-    return bound.results(*fields);
+    return fields;
 }
 
-// The type of an operation's results: a named tuple whose fields are documented.
-nb::object result_type(const description::Operation& operation, const std::vector<description::Result>& results) {
-    nb::list names;
-    for (const description::Result& result : results)
-        names.append(result.name);
-    const nb::object type =
-        nb::module_::import_("collections").attr("namedtuple")(operation.results, names, nb::arg("module") = "fathom");
-    type.attr("__doc__") = text("Results of `", operation.name, "`; None for what was not asked for.");
-    for (const description::Result& result : results)
-        type.attr(result.name).attr("__doc__") = words_of(result);
-    return type;
+Option grown() {
+    return {{description::grown_pixels}, "pixels", "how many pixels", nullptr, {}, true};
 }
 
-PyObject* interned(const char* name) {
-    return PyUnicode_InternFromString(name);
-}
-
-// Lives as long as the process.
-const Bound& bound(const description::Operation& operation) {
-    auto& made = *new Bound{operation,
-                            keywords_of(operation.options),
-                            keywords_of(operation.lens),
-                            keywords_of(operation.repair),
-                            {interned("depth"), interned("camera")},
-                            {}};
-    for (const char* name : operation.arguments)
-        if (name)
-            made.names.push_back(interned(name));
-    for (const Keyword& each : made.keywords) {
-        if (each.option.kind == Kind::lens)
-            made.circle = &each.option;
-        if (std::string_view(each.option.name) == "radius")
-            made.radius = &each.option;
-    }
-    const std::shared_ptr<void> call = operation.make(nullptr);
-    const std::vector<description::Result> results = operation.results_of(call.get(), {});
-    for (const description::Result& result : results)
-        made.outs.push_back(text("out.", result.name));
-    made.outs.emplace_back("out");
-    if (operation.results)
-        made.results = nb::borrow(result_type(operation, results).release());
-    return made;
-}
-
-// Depth of which `move(depth, result)` makes other depth.
-template <typename Move>
-nb::object moved(Call& call, const Target& out, const Move& move) {
+// Stored depth without holes, or with near surfaces that are larger by so many pixels.
+nb::object moved(const nb::dict& arguments, nb::handle pixels) {
+    const Common common(arguments);
+    const char* function = arguments.contains("pixels") ? "grow_foreground" : "fill_invalid";
+    const CameraObject* camera = camera_in(common, function, false);
+    const auto by = static_cast<int>(std::get<double>(value_of(function, grown(), pixels)));
+    Call call(common, camera);
     const Image& image = call.depth().image;
     const Image result =
-        call.result(out.given, "out", image.element(), {image.width(), image.height(), image.channels()});
-    call.run([&] { move(call.depth(), result); });
+        call.result(common.out, "out", image.element(), {image.width(), image.height(), image.channels()});
+    call.run([&] {
+        if (arguments.contains("pixels"))
+            grow_foreground(call.depth(), result, by);
+        else
+            fill_invalid(call.depth(), result);
+    });
     return call.take();
 }
 
-nb::object fill_invalid_of(const Pixels& depth, const CameraObject& camera, const Pixels& ignore,
-                           const Word<Storage>& storage, const Target& out, const DeviceOption& device) {
-    Call call(depth, camera, storage, device, ignore);
-    return moved(call, out, [](const StoredDepth& stored, const Image& result) { fill_invalid(stored, result); });
-}
-
-nb::object grow_foreground_of(const Pixels& depth, const CameraObject& camera, int pixels, const Pixels& ignore,
-                              const Word<Storage>& storage, const Target& out, const DeviceOption& device) {
-    Call call(depth, camera, storage, device, ignore);
-    return moved(call, out,
-                 [=](const StoredDepth& stored, const Image& result) { grow_foreground(stored, result, pixels); });
-}
-
-double depth_at_of(const Pixels& depth, const CameraObject& camera, int x, int y, const Word<Storage>& storage,
-                   const DeviceOption& device) {
-    Call call(depth, camera, storage, device);
+double depth_at_of(const nb::dict& arguments, nb::handle pixel) {
+    const Option at{{Kind::pixel}, "pixel"};
+    const auto [x, y] = std::get<LensArguments::Pixel>(value_of("depth_at", at, pixel));
+    const Common common(arguments);
+    Call call(common, camera_in(common, "depth_at", false));
     double z = 0;
     call.run([&] { z = depth_at(call.depth(), x, y); });
     return z;
 }
 
-nb::object restore_highlights_of(const Pixels& color, double highlights) {
-    auto [light, layout] = floats_of(color, "color");
-    restore_highlights(light, layout.channels, highlights);
-    float* made = nullptr;
-    nb::object result = new_floats(layout, made);
-    std::ranges::copy(light, made);
-    return result;
+nb::object restore_highlights_of(nb::handle color, double highlights) {
+    const auto [light, bits] = floats_of(color, Holds::numbers, "color");
+    restore_highlights({light.data(), light.size()}, on_host(light).channels, highlights);
+    return nb::cast(light);
 }
 
-nb::object upsample_along_edges_of(const Pixels& depth, const Pixels& color) {
-    const auto [values, small] = floats_of(depth, "depth");
-    const auto [light, large] = floats_of(color, "color");
-    std::vector<float> fine;
+nb::object upsample_along_edges_of(nb::handle depth, nb::handle color) {
+    const auto [values, bits] = floats_of(depth, Holds::numbers, "depth");
+    const auto [light, light_bits] = floats_of(color, Holds::numbers, "color");
+    const HostFloats large = on_host(light);
+    nb::object made = new_array(Element::f32, {large.width, large.height});
+    const auto to = nb::cast<Floats>(made);
     {
         const Unlocked released;
-        fine = upsample_along_edges({values.data(), small.width, small.height, small.channels},
-                                    {light.data(), large.width, large.height, large.channels});
+        std::ranges::copy(upsample_along_edges(on_host(values), large), to.data());
     }
-    float* made = nullptr;
-    nb::object result = new_floats({large.width, large.height}, made);
-    std::ranges::copy(fine, made);
-    return result;
+    return made;
+}
+
+// What operations say of lengths: the radius, the lens or the circle instead of it, the sky, and the widest circle.
+const std::vector<Option>& described_lengths() {
+    static const auto& all = *new auto([] {
+        std::vector<Option> lengths;
+        for (const description::Operation& operation : operations()) {
+            const bool is_dof = operation.name == std::string_view("dof");
+            if (is_dof)
+                std::ranges::copy_if(operation.lens, std::back_inserter(lengths),
+                                     std::not_fn(description::is_of_relative));
+            for (const Option& option : operation.options)
+                if (const std::string_view name = option.name;
+                    name == "radius" || (is_dof && (name == "circle" || name == "sky" || name == "max_coc_px")))
+                    lengths.push_back(option);
+        }
+        return lengths;
+    }());
+    return all;
+}
+
+std::vector<std::string> check(const nb::dict& arguments) {
+    const Common common(arguments);
+    const CameraObject& camera = *camera_in(common, "check", false);
+    static const auto& known = *new Named(named(described_lengths()));
+    const description::Operation& dof = description::operation<description::DofCall>();
+    std::optional<double> radius;
+    LensArguments lens;
+    description::DofCall call; // its sky and widest circle
+    bool has_lens = false;
+    each_given(known, arguments, [&](const Option& option, nb::handle given) { // refused whatever else is wrong
+        const Value value = value_of("check", option, given);
+        const bool of_lens = std::ranges::count(dof.lens, std::string_view(option.name), &Option::name) > 0;
+        has_lens = has_lens || ((of_lens || option.kind == Kind::lens) && !option.is_default(value));
+        if (option.name == std::string_view("radius"))
+            radius = std::get<double>(value);
+        else if (of_lens)
+            option.set(lens, value);
+        else if (const auto* circle = std::get_if<CircleOfConfusion>(&value))
+            lens.circle = {static_cast<double>(circle->k), static_cast<double>(circle->g)};
+        else
+            dof.set(&call, option, value);
+    });
+    const HostImage host = host_image(on_host(common.depth), Holds::depth, "depth");
+    const HostDepth stored =
+        host.depth(storage_of(host.element, host.layout.channels, common.storage, camera.file().packing, "depth"));
+    const Camera seen = camera.of_size(stored.width, stored.height);
+    std::vector<std::string> said = key_doubts(camera.file().text, seen.width, seen.height);
+    CircleOfConfusion circle;
+    if (has_lens) {
+        lens = completed(lens, camera.file().lens, seen.projection);
+        std::optional<Call> of_pixel;
+        if (lens.focus_at)
+            of_pixel.emplace(common, &camera);
+        circle = circle_for(lens, of_pixel ? of_pixel->depth()
+                                           : StoredDepth{.image = {}, .camera = seen, .storage = stored.storage});
+    }
+    const Unlocked released;
+    for (const std::string& doubt : depth_doubts(seen, stored))
+        said.push_back(in_python(doubt));
+    if (!said.empty())
+        return said; // or one mistake would be told twice
+    if (radius)
+        said = radius_doubts(seen, stored, *radius);
+    if (has_lens)
+        for (const std::string& doubt :
+             lens_doubts(seen, stored, lens, circle, call.options.sky, call.options.max_coc_px))
+            said.push_back(doubt);
+    return said;
+}
+
+std::string words_of(const description::Result& result) {
+    if (result.content.of == description::Content::Of::light)
+        return text("an array of the shape and dtype of color: ", result.words);
+    const std::string channels = result.shape.layout.channels > 1 ? text(", ", result.shape.layout.channels) : "";
+    return text("(", result.shape.sides, channels, ") float32: ", result.words);
+}
+
+// What python/generate.py makes functions of: the operations, and the options of `check`.
+nlohmann::ordered_json descriptions() {
+    nlohmann::ordered_json all = nlohmann::ordered_json::array(), lengths = all;
+    for (const description::Operation& operation : operations()) {
+        nlohmann::ordered_json json = as_json(operation), shown = nlohmann::ordered_json::array();
+        for (const description::Result& result : operation.results_of(operation.make(nullptr).get(), {}))
+            shown.push_back({result.name, words_of(result), result.wanted});
+        json["shown_results"] = shown;
+        json["arguments"] = nlohmann::ordered_json::array();
+        for (const char* name : operation.arguments)
+            if (name)
+                json["arguments"].push_back(name);
+        json["several"] = operation.results ? operation.results : "";
+        json["first_alone"] = operation.first_alone;
+        json["has_lens"] = !operation.lens.empty();
+        json["sized_by_picture"] = takes_size_of_picture(operation);
+        all.push_back(json);
+    }
+    for (const Option& option : described_lengths())
+        lengths.push_back(as_json(option));
+    return nlohmann::ordered_json::array({all, lengths, as_json(grown())});
+}
+
+nb::object in_objects(const nlohmann::ordered_json& json) {
+    return nb::module_::import_("json").attr("loads")(json.dump());
 }
 
 // What the same call costs in C++: seconds, and those of them that the calling thread works. python/tests compares.
 Seconds seconds_of_linearize(const nb::ndarray<float, nb::ndim<2>, nb::c_contig>& depth, const CameraObject& camera,
-                             const nb::ndarray<float, nb::ndim<2>, nb::c_contig>& out, const DeviceOption& choice) {
+                             const nb::ndarray<float, nb::ndim<2>, nb::c_contig>& out, nb::handle choice) {
     const Device device = device_of(choice);
     const Layout layout{static_cast<int>(depth.shape(1)), static_cast<int>(depth.shape(0))};
     const Camera& of_size = camera.for_size(layout.width, layout.height);
@@ -348,87 +513,25 @@ Seconds seconds_of_linearize(const nb::ndarray<float, nb::ndim<2>, nb::c_contig>
     return seconds_since(start);
 }
 
-constexpr const char* fill_invalid_text =
-    R"(Stored depth without holes, as a blur needs it where a sensor measured nothing.
-
-An invalid pixel takes the value of the nearest valid pixel to its left or to its right, the farther one of the two; in a row
-without valid pixels that above or below.
-
-Returns an array of the shape and dtype of depth.)";
-
-constexpr const char* grow_foreground_text =
-    R"(Stored depth whose near surfaces are larger by some pixels, for a blur where depth is soft or lies beside its picture's edges.
-
-Each pixel takes the value of the nearest surface that is at most so many pixels away. One is best for the depth of
-neural networks. Invalid pixels stay invalid.
-
-Returns an array of the shape and dtype of depth.)";
-
-constexpr const char* depth_at_text =
-    R"(The depth at pixel x, y, counted from 0: what a lens focuses on. inf for the background.
-
-Raises ValueError for a pixel outside the image, or that is invalid.)";
-
-constexpr const char* restore_highlights_text =
-    R"(A picture whose white is brighter, which a file of integers has cut off.
-
-color: (H, W, 3) or (H, W, 4) float32, linear light from 0 to 1. Light from 0.97 on grows smoothly, to highlights times of itself at 1,
-so that a blur shows lamps as bright discs. Two channels have to be that bright, or one of a saturated colour: pale surfaces
-stay as they are. Try 1.05 for a JPEG.
-
-Returns (H, W, 3) or (H, W, 4) float32.)";
-
-constexpr const char* upsample_along_edges_text =
-    R"(Depth on the grid of a picture of another size, with its edges where the picture has them.
-
-depth: (h, w) float32, NaN where nothing is known. color: (H, W, 3) or (H, W, 4) float32, linear light. Both show the same.
-
-Returns (H, W) float32.)";
-
 } // namespace
 
 void bind_operations(nb::module_& module) {
-    nb::dict functions, results;
-    std::vector<Signature> signatures;
-    const auto add = [&](const Signature& signature, auto function, const auto&... arguments) {
-        const auto& kept = *new std::pair(signature, signature.in_words()); // nanobind keeps their addresses
-        functions[kept.first.name.c_str()] = nb::cpp_function(function, nb::name(kept.first.name.c_str()), arguments...,
-                                                              nb::sig(kept.second.c_str()), kept.first.doc.c_str());
-        signatures.push_back(signature);
-    };
-    for (const description::Operation& operation : operations()) {
-        const Bound& its = bound(operation);
-        add(signature_of(operation),
-            [&its](const nb::args& arguments, const nb::kwargs& named) { return call_of(its, arguments, named); });
-        if (operation.results)
-            results[operation.results] = its.results;
-    }
-    add(signature_of("fill_invalid", fill_invalid_text), fill_invalid_of, arg("depth"), arg("camera"), nb::kw_only(),
-        arg("ignore") = nb::none(), arg("storage") = nb::none(), arg("out") = nb::none(), arg("device") = nb::none());
-    Signature grown = signature_of(
-        "grow_foreground", text(grow_foreground_text, "\n\npixels: ", description::grown_pixels.limits(), ".").c_str());
-    grown.arguments.push_back({"pixels", "int", false});
-    add(grown, grow_foreground_of, arg("depth"), arg("camera"), arg("pixels"), nb::kw_only(),
-        arg("ignore") = nb::none(), arg("storage") = nb::none(), arg("out") = nb::none(), arg("device") = nb::none());
-    module.attr("_operations") = functions; // fathom/_operations.py
-    module.attr("_results") = results;
-    module.def("_stub", [signatures] { return stub_of(signatures); });
-    module.def("depth_at", depth_at_of, arg("depth"), arg("camera"), arg("x"), arg("y"), nb::kw_only(),
-               arg("storage") = nb::none(), arg("device") = nb::none(), depth_at_text);
-    module.def("restore_highlights", restore_highlights_of, arg("color"), arg("highlights"), restore_highlights_text,
-               nb::sig("def restore_highlights(color: fathom._operations.Array | Image, highlights: float) -> "
-                       "fathom._operations.NumpyArray"));
-    module.def(
-        "upsample_along_edges", upsample_along_edges_of, arg("depth"), arg("color"), upsample_along_edges_text,
-        nb::sig("def upsample_along_edges(depth: fathom._operations.Array | Image, color: fathom._operations.Array | "
-                "Image) -> fathom._operations.NumpyArray"));
+    using nb::arg;
+    module.def("_run", run);
+    module.def("_moved", moved);
+    module.def("_depth_at", depth_at_of);
+    module.def("_check", check);
+    module.def("_restore_highlights", restore_highlights_of);
+    module.def("_upsample_along_edges", upsample_along_edges_of);
+    module.def("_descriptions", [] { return in_objects(descriptions()); });
+    module.def("_storages", [] { return std::vector<std::string>(storage_names.begin(), storage_names.end()); });
     module.def(
         "options",
         [] {
             nlohmann::ordered_json all = nlohmann::ordered_json::array();
             for (const description::Operation& operation : operations())
                 all.push_back(as_json(operation));
-            return nb::module_::import_("json").attr("loads")(all.dump());
+            return in_objects(all);
         },
         nb::sig("def options() -> list[dict[str, typing.Any]]"),
         "What each operation takes and gives, for panels of other programs: names, ranges, defaults, words.");

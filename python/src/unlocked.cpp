@@ -1,6 +1,5 @@
 // Work without the interpreter's lock, and the interpreter's end.
 #include "unlocked.hpp"
-#include "bindings.hpp"
 
 #include <atomic>
 #include <chrono>
