@@ -78,7 +78,7 @@ std::pair<double, double> depth_range(const Camera& camera) {
 }
 
 // Popov 2016, equations 6 to 9, from the matrix in double as an engine has it. The scale's sign is turned: see
-// docs/research/articles.md.
+// docs/research.md.
 void add_popov(std::vector<Method>& list, Baselines& kernels) {
     list.push_back(
         {"linearize", "Popov's listing 1", Kind::baseline, Storage::float32, "copy", [&kernels](Case& on) {

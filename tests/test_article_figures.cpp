@@ -1,4 +1,4 @@
-// The curves that docs/charts draws for docs/research/articles.md, against the articles' own formulas, in their own signs
+// The curves that docs/charts draws for docs/research.md, against the articles' own formulas, in their own signs
 // and axes.
 //   Lengyel 2005    eq. 9, 15, 19 and Figure 5
 //   Kooima 2013     his normalised depths (eq5, eq7 and eq9 of the page)
@@ -78,7 +78,7 @@ TEST_CASE("Lengyel: Figure 5 is eq. 19, clamped where a C_z <= -2", "[articles]"
                 if (condition > 0)
                     REQUIRE((std::isinf(far) || std::abs(attainable_depth(camera, 2, 2) / far - 1) <= 1e-9));
             }
-    REQUIRE(depth_at_infinity(30, 0.1) == Approx(0.705).margin(1e-3)); // the example of docs/research/articles.md
+    REQUIRE(depth_at_infinity(30, 0.1) == Approx(0.705).margin(1e-3)); // the example of docs/research.md
     REQUIRE(depth_at_infinity(60, 0.1) == Approx(0.200).margin(1e-3));
     REQUIRE(clamped > 50);
     REQUIRE(below > 300);

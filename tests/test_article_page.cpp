@@ -1,4 +1,4 @@
-// docs/research/articles.md names the test that holds each claim: names that drift from the tests fail here. So do the
+// docs/research.md names the test that holds each claim: names that drift from the tests fail here. So do the
 // patterns of `fathom_tests "..."` on the other pages.
 
 #include "catch.hpp"
@@ -81,7 +81,7 @@ bool matches(const std::string& pattern, const Case& test) {
 
 TEST_CASE("pages: every test that the articles' page names exists, and it names every test of the articles",
           "[pages]") {
-    const std::string page = text_of(root / "docs/research/articles.md");
+    const std::string page = text_of(root / "docs/research.md");
     std::set<std::string> names, named;
     const std::vector<Case> cases = all_cases();
     for (const Case& each : cases)
@@ -96,13 +96,13 @@ TEST_CASE("pages: every test that the articles' page names exists, and it names 
             named.insert(part);
     REQUIRE(named.size() >= 20);
     for (const std::string& name : named) {
-        INFO("docs/research/articles.md names a test that does not exist: " << name);
+        INFO("docs/research.md names a test that does not exist: " << name);
         REQUIRE(names.count(name) == 1);
     }
     for (const Case& each : cases) {
         if (!contains(each.tags, "[articles]"))
             continue;
-        INFO("docs/research/articles.md does not name the test " << each.name);
+        INFO("docs/research.md does not name the test " << each.name);
         REQUIRE(named.count(each.name) == 1);
     }
 }

@@ -17,30 +17,11 @@ void check_refused(const std::string& range, const std::string& said) {
 
 } // namespace
 
-TEST_CASE("frame ranges: steps, what they leave out, and steps one after the other") {
+TEST_CASE("frame ranges: steps, from one frame to another and back") {
     CHECK(parse_frames("1-10x3") == Frames{1, 4, 7, 10});
-    CHECK(parse_frames("1-10y3") == Frames{2, 3, 5, 6, 8, 9});
-    CHECK(parse_frames("1-10:3") == Frames{1, 4, 7, 10, 3, 5, 9, 2, 6, 8});
     CHECK(parse_frames("10-1x4") == Frames{10, 6, 2});
     CHECK(parse_frames("-3--1,0007") == Frames{-3, -2, -1, 7});
     CHECK(parse_frames("5,1-6x2") == Frames{5, 1, 3});
-}
-
-TEST_CASE("frame ranges: x and y with the same step are all frames, each once") {
-    for (const Frame first : {-7, 0, 3})
-        for (const Frame last : {-20, -7, 5, 41})
-            for (Frame step = 1; step < 9; ++step) {
-                const std::string range = std::to_string(first) + "-" + std::to_string(last);
-                const auto with = [&](const char* kind) { return range + kind + std::to_string(step); };
-                Frames all = parse_frames(range), both = parse_frames(with("x") + "," + with("y"));
-                Frames stepped = parse_frames(with(":"));
-                CHECK(all.size() == static_cast<std::size_t>(std::abs(last - first)) + 1);
-                std::ranges::sort(all);
-                std::ranges::sort(both);
-                std::ranges::sort(stepped);
-                CHECK(both == all);
-                CHECK(stepped == all);
-            }
 }
 
 TEST_CASE("frame ranges: fileseq reads them alike") {
@@ -50,7 +31,8 @@ TEST_CASE("frame ranges: fileseq reads them alike") {
     std::size_t read = 0, refused = 0;
     while (std::getline(file, line)) {
         const std::size_t tab = line.rfind('\t');
-        const std::string range = line.substr(0, tab), expected = line.substr(tab + 1);
+        const std::string range = line.substr(0, tab),
+                          expected = range.find_first_of("y:") == range.npos ? line.substr(tab + 1) : "refused";
         std::string found;
         try {
             for (const Frame frame : parse_frames(range))
@@ -65,14 +47,14 @@ TEST_CASE("frame ranges: fileseq reads them alike") {
         CHECK(found == expected);
     }
     std::cout << read << " ranges read, " << refused << " refused\n";
-    CHECK(read > 80);
+    CHECK(read > 50);
     CHECK(refused > 20);
 }
 
 TEST_CASE("frame ranges: what is wrong is told with its place and the cure") {
     check_refused("1-5z2", "character 4 ('z')");
     check_refused("", "names no frame");
-    check_refused("1-5y1", "names no frame");
+    check_refused("1-5y1", "character 4 ('y')");
     check_refused("1-", "its end: a whole number is missing");
     check_refused("1-5x0", "a step must be above 0");
     check_refused("1.5", "character 2 ('.')");
@@ -83,8 +65,8 @@ TEST_CASE("frame ranges: what is wrong is told with its place and the cure") {
 TEST_CASE("frame ranges: ten million frames are read, and more refused without using their memory") {
     CHECK(parse_frames("1-10000000").size() == most_frames);
     CHECK(parse_frames("1-999999999999x100001").size() == 999'999'999'998 / 100'001 + 1);
-    for (const std::string range : {"1-10000001", "1-5000000,5000001-10000001", "-999999999999-999999999999",
-                                    "1-999999999999y2", "1-999999999999:999999999999"})
+    for (const std::string range :
+         {"1-10000001", "1-5000000,5000001-10000001", "-999999999999-999999999999", "1-999999999999x2"})
         check_refused(range, "more than 10000000 frames");
 }
 

@@ -1,7 +1,7 @@
 // What a control group allows, from trees of /proc and /sys as systemd, Docker and Slurm make them.
 #include "io_files.hpp"
 
-#include "shot/pipeline/memory.hpp"
+#include "io/memory.hpp"
 
 #include <fstream>
 

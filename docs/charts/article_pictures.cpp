@@ -1,4 +1,4 @@
-// The pictures of docs/research/articles.md, drawn anew from the library's answers and from a small rasteriser:
+// The pictures of docs/research.md, drawn anew from the library's answers and from a small rasteriser:
 // Lengyel's Figure 5, Kooima's curves, Goldberg's derivatives.
 
 #include "article_pictures.hpp"

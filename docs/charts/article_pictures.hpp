@@ -2,7 +2,7 @@
 
 #include <filesystem>
 
-/// The pictures of docs/research/articles.md.
+/// The pictures of docs/research.md.
 namespace fathom::charts {
 
 void draw_lengyel(const std::filesystem::path& folder);

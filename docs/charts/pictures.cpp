@@ -1,4 +1,4 @@
-// The charts of docs/camera.md, docs/ambient-occlusion.md and docs/research/articles.md: fathom_charts FOLDER. The
+// The charts of docs/camera.md, docs/ambient-occlusion.md and docs/research.md: fathom_charts FOLDER. The
 // library computes every curve.
 
 #include "article_pictures.hpp"

@@ -14,16 +14,14 @@ enum class Operation { ssao, dof, normals };
 /// Its name, as the program has it.
 const char* to_string(Operation operation);
 
-/// A method or preset of `ssao`, `dof` or `normals` with its measured error and time.
+/// A method or preset of `ssao`, `dof` or `normals` with its measured error.
 struct MeasuredMethod {
     std::string method; ///< as the tables name it: "fast", "4 x 64, half resolution", "neighbours"
     double error = 0;   ///< in the scene where it is greatest: rms of visibility, rms of colours up to 1, mean degrees
     std::string scene;  ///< that scene
-    double ns_per_pixel = 0; ///< of 1920 x 1080, time of all threads together
-    std::string device;      ///< that took that time
 };
 
-/// The fastest method of `operation` whose measured error is at most `max_error` in every scene. `MaxError` in
+/// The method of `operation` that costs least among those whose measured error is at most `max_error` in every scene. `MaxError` in
 /// SsaoOptions, DofOptions and NormalsOptions uses it. Scenes harder than the measured ones have larger errors.
 ///
 /// The errors are those of depth stored as this tile's is, or in 16 bits if `depth_bits` are at most 16. If no such depth was

@@ -4,7 +4,7 @@
 
 #include "runtime/compiler.hpp"
 #include "runtime/pocl.hpp"
-#include "shot/records/run_log.hpp"
+#include "shot/run_log.hpp"
 #include "terminal/interrupt.hpp"
 #include "terminal/messages.hpp"
 #include "terminal/streams.hpp"

@@ -1,4 +1,4 @@
-// The cheapest method that meets a tolerance, from a table of measured errors and times.
+// The cheapest method that meets a tolerance, from a table of measured errors in the order of cost.
 
 #include "operations/cheapest.hpp"
 
@@ -49,17 +49,6 @@ Sampling sampling_named(const std::string& method) {
 
 constexpr const char* operations[] = {"ssao", "dof", "normals"};
 
-void take_worse(MeasuredMethod& known, const Measured& other) {
-    if (other.error > known.error) {
-        known.error = other.error;
-        known.scene = other.scene;
-    }
-    if (other.ns_per_pixel > known.ns_per_pixel) {
-        known.ns_per_pixel = other.ns_per_pixel;
-        known.device = other.device;
-    }
-}
-
 // The storage whose rounding the depth has: a float image may come from a 16-bit buffer.
 std::string storage_of(const Tile& tile) {
     const bool few_bits = tile.storage == Storage::uint8 || tile.camera.depth_bits.value_or(32) <= 16;
@@ -76,25 +65,14 @@ std::vector<MeasuredMethod> measured_for(std::span<const Measured> measured, std
     for (const Measured& m : measured) {
         if (m.operation != operation || (has_storage && m.storage != storage))
             continue;
+        const MeasuredMethod method{std::string(m.method), m.error, std::string(m.scene)};
         const auto known = std::ranges::find(list, m.method, &MeasuredMethod::method);
         if (known == list.end())
-            list.push_back(
-                {std::string(m.method), m.error, std::string(m.scene), m.ns_per_pixel, std::string(m.device)});
-        else
-            take_worse(*known, m);
+            list.push_back(method);
+        else if (known->error < m.error)
+            *known = method;
     }
     return list;
-}
-
-std::optional<MeasuredMethod> cheapest_method(std::span<const MeasuredMethod> methods, double max_error) {
-    std::optional<MeasuredMethod> best;
-    for (const MeasuredMethod& each : methods) {
-        const bool cheaper =
-            !best || std::pair(each.ns_per_pixel, each.error) < std::pair(best->ns_per_pixel, best->error);
-        if (each.error <= max_error && cheaper)
-            best = each;
-    }
-    return best;
 }
 
 const char* to_string(Operation operation) {
@@ -108,11 +86,11 @@ MeasuredMethod cheapest_method(Operation operation, const Tile& tile, double max
     const PixelLattice half = pixel_lattice(tile, 2);
     if (half.width == 0 || half.height == 0) // the tile is a single odd row or column
         std::erase_if(list, [](const MeasuredMethod& each) { return each.method.ends_with(half_resolution); });
-    const std::optional<MeasuredMethod> found = cheapest_method(list, max_error);
-    if (found)
+    const auto found = std::ranges::find_if(list, [&](const MeasuredMethod& each) { return each.error <= max_error; });
+    if (found != list.end())
         return *found;
     const MeasuredMethod& best = *std::ranges::min_element(list, {}, &MeasuredMethod::error);
-    throw std::invalid_argument(text("max_error = ", max_error, " is met by none of the timed methods of ",
+    throw std::invalid_argument(text("max_error = ", max_error, " is met by none of the measured methods of ",
                                      to_string(operation), ": the best, ", best.method, ", is off by ", best.error,
                                      " in the scene that it is worst in, ", best.scene));
 }

@@ -53,11 +53,9 @@ std::optional<FramePattern> FramePattern::in(const std::string& name) {
         if (end < name.size() && name[end] == 'd' && figures && *figures <= most_figures)
             pattern.tokens_.push_back({at, end + 1, static_cast<int>(*figures)});
     }
-    for (const char sign : {'#', '@'}) {
-        const std::size_t last = name.rfind(sign);
-        if (!pattern.tokens_.empty() || last == std::string::npos || last < name_in(name))
-            continue;
-        const std::size_t begin = name.find_last_not_of(sign, last) + 1; // 0 where there is no other character
+    if (const std::size_t last = name.rfind('#');
+        pattern.tokens_.empty() && last != std::string::npos && last >= name_in(name)) {
+        const std::size_t begin = name.find_last_not_of('#', last) + 1; // 0 where there is no other character
         if (last + 1 - begin <= most_figures)
             pattern.tokens_.push_back({begin, last + 1, static_cast<int>(last + 1 - begin)});
     }

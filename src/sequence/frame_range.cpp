@@ -1,4 +1,4 @@
-// Frame ranges as fileseq 3.4 (github.com/justinfx/fileseq, class FrameSet) writes them.
+// Frame ranges as fileseq 3.4 (github.com/justinfx/fileseq, class FrameSet) writes them, without its y and colons.
 #include "frame_range.hpp"
 
 #include "text.hpp"
@@ -12,7 +12,7 @@ namespace fathom::sequence {
 namespace {
 
 constexpr std::string_view ignored = " \t\n\v\f\r#@";
-constexpr const char* form = "write frames as in 1-240, 1-240x2, 1-240y2, 1-240:4 or 7, with commas between them";
+constexpr const char* form = "write frames as in 1-240, 1-240x2 or 7, with commas between them";
 
 /// A place in a text.
 class Cursor {
@@ -60,47 +60,26 @@ private:
     std::size_t at_ = 0;
 };
 
-// Frames from one to another, both included, in steps of either sign.
-void append(std::vector<Frame>& frames, Frame first, Frame last, Frame step) {
-    const Frame count = (last - first) / step + 1;
-    for (Frame i = 0; i < count; ++i)
-        frames.push_back(first + i * step);
-}
-
 void check_count(const Cursor& cursor, std::size_t place, std::size_t there, Frame more, std::size_t most) {
     if (more > static_cast<Frame>(most - there))
         cursor.refuse(place, text("more than ", most, " frames; take fewer at a time"));
 }
 
-// FIRST, FIRST-LAST, or the latter and x, y or : and a number.
+// FIRST, FIRST-LAST, or the latter and x and a number: frames from one to another, both included, in steps of either sign.
 void append_part(std::vector<Frame>& frames, Cursor& cursor, std::size_t most) {
     const std::size_t place = cursor.place();
     const Frame first = cursor.number();
     const bool is_range = cursor.take('-'); // a single frame has no step
     const Frame last = is_range ? cursor.number() : first;
-    const char kind = !is_range ? ' ' : cursor.take('x') ? 'x' : cursor.take('y') ? 'y' : cursor.take(':') ? ':' : ' ';
+    const bool has_step = is_range && cursor.take('x');
     const std::size_t step_place = cursor.place();
-    const Frame signed_step = kind == ' ' ? 1 : cursor.number();
+    const Frame signed_step = has_step ? cursor.number() : 1;
     if (signed_step == 0 || (signed_step < 0 && last > first))
         cursor.refuse(step_place, "a step must be above 0");
-    const Frame direction = last < first ? -1 : 1, apart = std::abs(last - first);
-    const Frame step = std::abs(signed_step);
-    check_count(cursor, place, frames.size(), (kind == 'y' || kind == ':' ? apart : apart / step) + 1, most);
-    if (kind == 'y') {
-        for (Frame i = 0; i <= apart; ++i)
-            if (i % step != 0)
-                frames.push_back(first + direction * i);
-    } else if (kind == ':') {
-        std::vector<bool> taken(static_cast<std::size_t>(apart) + 1);
-        for (Frame each = std::min(step, apart + 1); each > 0; --each)
-            for (Frame i = 0; i <= apart; i += each)
-                if (auto is_taken = taken[static_cast<std::size_t>(i)]; !is_taken) {
-                    is_taken = true;
-                    frames.push_back(first + direction * i);
-                }
-    } else {
-        append(frames, first, last, direction * step);
-    }
+    const Frame step = std::abs(signed_step), count = std::abs(last - first) / step + 1;
+    check_count(cursor, place, frames.size(), count, most);
+    for (Frame i = 0; i < count; ++i)
+        frames.push_back(first + (last < first ? -i : i) * step);
 }
 
 std::vector<Frame> without_repeats(const std::vector<Frame>& frames) {

@@ -2,7 +2,7 @@
 #include "device.hpp"
 
 #include "io/formats.hpp"
-#include "shot/records/record.hpp"
+#include "shot/record.hpp"
 
 #include <fathom/exr.hpp>
 

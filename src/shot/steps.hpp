@@ -6,7 +6,7 @@
 #include "doubts/look.hpp"
 #include "io/ignored.hpp"
 #include "operations/invalid_value.hpp"
-#include "shot/records/record.hpp"
+#include "shot/record.hpp"
 
 #include <fathom/device.hpp>
 #include <fathom/import_camera.hpp>

@@ -2,7 +2,7 @@
 
 #include "steps.hpp"
 
-#include "shot/records/run_log.hpp"
+#include "shot/run_log.hpp"
 #include "terminal/progress.hpp"
 
 #include <fathom/device.hpp>

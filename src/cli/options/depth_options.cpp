@@ -150,8 +150,8 @@ void add_frame_options(CLI::App& app, DepthOptions& options) {
         }
     };
     add_option(app, "Frames", "--frames", "RANGE", take,
-               "frames of shot.####.exr, as in 1-240, 1-240x2 (every second),\n"
-               "1-240y2 (the others), 1-240:4 (x4, x3, x2, x1) or 1-9,20\n"
+               "frames of shot.####.exr, as in 1-240, 1-240x2 (every second)\n"
+               "or 1-9,20\n"
                "(default: those that are there)");
     add_enum_option(app, "--missing", options.inputs.missing,
                     {{"error", Missing::error}, {"skip", Missing::skip}, {"hold", Missing::hold}},

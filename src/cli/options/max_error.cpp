@@ -14,7 +14,7 @@
 namespace fathom::cli {
 
 void add_explain(CLI::App& app, bool& explain, const std::string& group) {
-    app.add_flag("--explain", explain, "print on stderr what --max-error chose, its error and its time")
+    app.add_flag("--explain", explain, "print on stderr what --max-error chose, and its error")
         ->needs(app.get_option("--max-error"))
         ->group(group);
 }
@@ -29,11 +29,9 @@ void explain_method(fathom::Operation operation, const StoredDepth& stored, Load
         throw Error(message.starts_with(option) ? "--max-error " + message.substr(option.size()) : message);
     }
     if (explain)
-        frame.said.push_back(
-            fmt::format("{}: {} {}: error up to {} (in the scene {}), {:.3g} ns per pixel at 1920 × 1080 (all "
-                        "threads of {})",
-                        frame.input.native(), fathom::to_string(operation), cheapest.method, number(cheapest.error),
-                        cheapest.scene, cheapest.ns_per_pixel, cheapest.device));
+        frame.said.push_back(fmt::format("{}: {} {}: error up to {} (in the scene {})", frame.input.native(),
+                                         fathom::to_string(operation), cheapest.method, number(cheapest.error),
+                                         cheapest.scene));
 }
 
 } // namespace fathom::cli

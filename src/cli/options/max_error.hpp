@@ -19,7 +19,7 @@ namespace fathom::cli {
 void add_explain(CLI::App& app, bool& explain, const std::string& group);
 
 /// Checks that some method meets an input's --max-error. On request says on one line of stderr which method that is,
-/// its error and its time. Does nothing without a MaxError.
+/// and its error. Does nothing without a MaxError.
 /// Throws: Error if no method meets it.
 void explain_method(fathom::Operation operation, const StoredDepth& stored, Loaded& frame, double max_error,
                     bool explain);

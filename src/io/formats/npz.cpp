@@ -2,7 +2,7 @@
 // and nothing is unpacked but the array that is asked for, up to the size that its own header has.
 // Source: PKWARE, APPNOTE.TXT 6.3.10; numpy.savez.
 #include "io/formats.hpp"
-#include "shot/pipeline/memory.hpp"
+#include "io/memory.hpp"
 
 #include <opencv2/core.hpp>
 

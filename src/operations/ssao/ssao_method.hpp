@@ -31,7 +31,7 @@ inline bool is_half(const SsaoOptions& options) {
 /// By quality, or as the sampling says.
 Counts counts_of(const Sampling& sampling);
 
-/// How a quality chooses blocks of half resolution, and what it samples there. docs/research/ambient-occlusion.md has the
+/// How a quality chooses blocks of half resolution, and what it samples there. docs/research.md has the
 /// measurements.
 struct HalfResolution {
     int slices, samples, jitter;
