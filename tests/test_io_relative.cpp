@@ -280,3 +280,8 @@ TEST_CASE("relative program: a shot of floats has one range, whichever frames ar
     CHECK(integers.code == 0);
     CHECK_FALSE(contains(integers.out, "--relative-range"));
 }
+
+TEST_CASE("relative: two bytes of a JPEG make none", "[io]") {
+    const TempFolder folder;
+    check_says([&] { read_relative(put(folder / "a.jpg", Bytes{0xff, 0xd8, 0, 1, 2, 3})); }, {"a.jpg: is no image"});
+}

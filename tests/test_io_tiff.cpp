@@ -150,3 +150,33 @@ TEST_CASE("tiff: integers of 64 bits are refused", "[io]") {
         check_says([&] { read_depth(file); }, {"a.tif: has integers of 64 bits; save depth as integers of 16 bits"});
     }
 }
+
+TEST_CASE("tiff: directories that go round or lead nowhere end the count of pages", "[io]") {
+    const TempFolder folder;
+    const cv::Mat image(8, 8, CV_16UC1, cv::Scalar(9));
+    const Bytes whole = get(write_tiff(folder / "a.tif", image, SAMPLEFORMAT_UINT, {.mode = "wl", .rows = 8}));
+    const std::size_t directory = whole[4] | whole[5] << 8, next = directory + 2 + 12u * whole[directory];
+    for (const std::size_t to : {directory, directory + 2, std::size_t{8}, std::size_t{0x7fffffff}}) {
+        Bytes bytes = whole;
+        for (std::size_t byte = 0; byte < 4; ++byte)
+            bytes[next + byte] = static_cast<unsigned char>(to >> (8 * byte));
+        const DepthFile depth = read_depth(put(folder / "b.tif", bytes));
+        CHECK(same(depth.values, image));
+        CHECK(depth.pages <= 2);
+    }
+}
+
+TEST_CASE("tiff: kinds of samples that no reader has are refused by their names", "[io]") {
+    const TempFolder folder;
+    const cv::Mat halves(8, 8, CV_16UC1, cv::Scalar(0x3c00)), words(8, 8, CV_32SC1, cv::Scalar(1)),
+        colors(8, 8, CV_16UC3, cv::Scalar(1, 2, 3));
+    for (const auto& [image, format, says] : {std::tuple(words, SAMPLEFORMAT_VOID, "SampleFormat 4"),
+                                              {words, SAMPLEFORMAT_COMPLEXINT, "SampleFormat 5"},
+                                              {colors, SAMPLEFORMAT_INT, "SampleFormat 2"}}) {
+        const auto file = write_tiff(folder / "a.tif", image, static_cast<std::uint16_t>(format), {});
+        check_says([&] { read_color(file); }, {"a.tif: ", says});
+    }
+    const auto file =
+        write_tiff(folder / "half.tif", halves, SAMPLEFORMAT_IEEEFP, {.compression = COMPRESSION_ADOBE_DEFLATE});
+    CHECK(read_depth(file).storage == Storage::float16);
+}

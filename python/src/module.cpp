@@ -75,11 +75,12 @@ rows, and 0 stands for what is fastest.
 Raises NoDevice naming what is there, and ValueError.)")
         .def(
             "__init__",
-            [](Device* self, nb::handle choice, const std::string& arithmetic, int vector_width, int group_size,
-               std::size_t memory_budget) {
+            [](Device* self, nb::handle choice, const std::optional<std::string>& named_arithmetic, int vector_width,
+               int group_size, std::size_t memory_budget) {
                 DeviceOptions options{
                     .vector_width = vector_width, .group_size = group_size, .memory_budget = memory_budget};
                 static constexpr std::array names{"automatic", "fp64", "two-float"};
+                const std::string arithmetic = named_arithmetic.value_or(names[0]);
                 const auto named = std::ranges::find(names, arithmetic);
                 if (named == names.end())
                     throw std::invalid_argument("arithmetic = '" + arithmetic + "' is unknown; it is " +
@@ -88,8 +89,11 @@ Raises NoDevice naming what is there, and ValueError.)")
                 const std::string wanted = device_name_of(choice, "wanted");
                 new (self) Device(opened([&] { return Device::open(wanted, options); }));
             },
-            nb::arg("wanted") = nb::none(), nb::kw_only(), nb::arg("arithmetic") = "automatic",
-            nb::arg("vector_width") = 0, nb::arg("group_size") = 0, nb::arg("memory_budget") = 0)
+            nb::arg("wanted") = nb::none(), nb::kw_only(), nb::arg("arithmetic") = nb::none(),
+            nb::arg("vector_width") = 0, nb::arg("group_size") = 0, nb::arg("memory_budget") = 0,
+            nb::sig("def __init__(self, wanted: Device | DeviceInfo | str | int | None = None, *, "
+                    "arithmetic: typing.Literal['automatic', 'fp64', 'two-float'] | None = None, "
+                    "vector_width: int = 0, group_size: int = 0, memory_budget: int = 0) -> None"))
         .def_static(
             "from_int_ptr",
             [](std::uintptr_t context, std::uintptr_t device, std::uintptr_t queue) {
@@ -139,7 +143,9 @@ numpy.asarray(image) and DLPack wait for the image, and copy it.)")
             [](DeviceImage* self, nb::handle array, nb::handle device) {
                 new (self) DeviceImage(to_device(array, device_of(device)));
             },
-            nb::arg("array"), nb::arg("device") = nb::none())
+            nb::arg("array"), nb::arg("device") = nb::none(),
+            nb::sig("def __init__(self, array: fathom._operations.Array | Image, "
+                    "device: Device | DeviceInfo | str | int | None = None) -> None"))
         .def_static(
             "from_int_ptr",
             [](const Device& device, std::uintptr_t buffer, const std::string& dtype, const std::vector<int>& shape,
@@ -217,7 +223,7 @@ Where it is NaN or lies in front of the first, a quarter of the radius counts.
     fathom.ssao(depth, camera, 0.5, thickness=fathom.BackDepth(back)))")
         .def(
             "__init__", [](BackDepth* self, nb::handle depth) { new (self) BackDepth{nb::borrow(depth)}; },
-            nb::arg("depth"));
+            nb::arg("depth"), nb::sig("def __init__(self, depth: fathom._operations.Array | Image) -> None"));
 }
 
 } // namespace

@@ -518,11 +518,11 @@ Seconds seconds_of_linearize(const nb::ndarray<float, nb::ndim<2>, nb::c_contig>
 void bind_operations(nb::module_& module) {
     using nb::arg;
     module.def("_run", run);
-    module.def("_moved", moved);
-    module.def("_depth_at", depth_at_of);
+    module.def("_moved", moved, arg(), arg().none());
+    module.def("_depth_at", depth_at_of, arg(), arg().none());
     module.def("_check", check);
-    module.def("_restore_highlights", restore_highlights_of);
-    module.def("_upsample_along_edges", upsample_along_edges_of);
+    module.def("_restore_highlights", restore_highlights_of, arg().none(), arg());
+    module.def("_upsample_along_edges", upsample_along_edges_of, arg().none(), arg().none());
     module.def("_descriptions", [] { return in_objects(descriptions()); });
     module.def("_storages", [] { return std::vector<std::string>(storage_names.begin(), storage_names.end()); });
     module.def(

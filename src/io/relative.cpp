@@ -56,7 +56,7 @@ std::pair<cv::Mat, std::string> image_and_channel(const std::filesystem::path& f
         return {depth.values, depth.channel};
     }
     io::Bytes bytes = io::read_image_file(file);
-    if (bytes.size() > 1 && bytes[0] == 0xff && bytes[1] == 0xd8)
+    if (bytes.size() > 2 && bytes[0] == 0xff && bytes[1] == 0xd8 && bytes[2] == 0xff)
         return {io::read_by_opencv(file, bytes)->image, ""};
     if (const auto held = io::read_plain(file, bytes, {.channel = channel}))
         return {held->image, ""};

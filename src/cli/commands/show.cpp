@@ -129,8 +129,9 @@ Viewed values_of(const fs::path& file, const std::string& channel) {
 }
 
 // Of the program's own results in an EXR those that were made last are looked for first: positions and depth come behind what is
-// made of them.
-std::optional<Viewed> own_result(const fs::path& file, const std::vector<Channel>& channels) {
+// made of them. `wanted`: only this channel.
+std::optional<Viewed> own_result(const fs::path& file, const std::vector<Channel>& channels,
+                                 const std::string& wanted) {
     const std::vector<description::Operation>& all = description::operations();
     for (auto operation = all.rbegin(); operation != all.rend(); ++operation)
         for (const description::Result& result : operation->results_of(operation->make(nullptr).get(), {})) {
@@ -138,6 +139,7 @@ std::optional<Viewed> own_result(const fs::path& file, const std::vector<Channel
             const std::string names = content.channels, channel = names.substr(names.rfind(' ') + 1);
             const bool fractions = content.of == description::Content::Of::fractions;
             if ((!fractions && content.of != description::Content::Of::lengths) ||
+                (!wanted.empty() && channel != wanted) ||
                 std::ranges::find(channels, channel, &Channel::name) == channels.end())
                 continue;
             Viewed viewed = values_of(file, channel);
@@ -161,10 +163,10 @@ Viewed from_exr(const fs::path& file, const std::vector<Channel>& channels, cons
                                      "--channel {0}.X, {0}.Y or {0}.Z",
                                      wanted));
     }
+    if (auto result = own_result(file, channels, wanted))
+        return *result;
     if (!wanted.empty())
         return values_of(file, wanted);
-    if (auto result = own_result(file, channels))
-        return *result;
     if (has("N.X"))
         return normals_of(file, "N");
     if (!io::depth_channels(file).empty())
@@ -244,7 +246,7 @@ Shown look_at(const Viewed& viewed, const ShowArguments& options) {
     shown.scale = options.scale;
     if (options.range) {
         std::tie(shown.low, shown.high) = std::pair((*options.range)[0], (*options.range)[1]);
-    } else if (!viewed.from_0_to_1 && !shown.values.empty()) {
+    } else if ((!viewed.from_0_to_1 || shown.scale != ColorScale::linear) && !shown.values.empty()) {
         const auto at = [&](double fraction) {
             return double{shown.values[std::size_t(std::round(fraction * double(shown.values.size() - 1)))]};
         };
@@ -257,7 +259,7 @@ Shown look_at(const Viewed& viewed, const ShowArguments& options) {
             shown.high += half;
         }
     }
-    if (has_values && shown.scale != ColorScale::linear && !(shown.low > 0))
+    if (!shown.values.empty() && shown.scale != ColorScale::linear && !(shown.low > 0))
         throw Error(fmt::format("a {} scale needs values above 0, and the range begins at {}; give --range, or --scale "
                                 "linear",
                                 scale_names[int(shown.scale)], number(shown.low)));

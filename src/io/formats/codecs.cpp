@@ -13,6 +13,7 @@
 #include <cerrno>
 #include <cstdarg>
 #include <cstdio>
+#include <cstring>
 #include <iostream>
 #include <mutex>
 #include <streambuf>
@@ -46,14 +47,17 @@ public:
     Quiet() {
         const std::lock_guard lock(mutex);
         static FILE* const others_only = [] {
-            std::cerr.rdbuf(new OthersOnly(std::cerr.rdbuf())); // for as long as anything prints
             const auto write = [](void*, const char* text, std::size_t size) {
-                return quiet ? static_cast<ssize_t>(size) : ::write(STDERR_FILENO, text, size);
+                if (!quiet)
+                    std::fwrite(text, 1, size, before);
+                return static_cast<ssize_t>(size);
             };
             FILE* stream = fopencookie(nullptr, "w", {nullptr, write, nullptr, nullptr});
             std::setvbuf(stream, nullptr, _IONBF, 0);
             return stream;
         }();
+        if (!dynamic_cast<OthersOnly*>(std::cerr.rdbuf()))
+            std::cerr.rdbuf(new OthersOnly(std::cerr.rdbuf())); // for as long as anything prints
         if (alive++ == 0)
             before = std::exchange(stderr, others_only);
         quiet = true;
@@ -106,7 +110,11 @@ const Codecs& codecs() {
         if (!found.read || !found.encode)
             throw Error(std::string("OpenCV's codecs, which read and write .png, .jpg, .tif, .pgm and .hdr, cannot be "
                                     "loaded (") +
-                        dlerror() + "); install OpenCV's imgcodecs, or use .exr, .npy or .pfm");
+                        [] {
+                            const char* said = dlerror();
+                            return std::string(said ? said : "of another kind");
+                        }() +
+                        "); install OpenCV's imgcodecs, or use .exr, .npy or .pfm");
         TiffErrorHandler (*set_handler)(TiffErrorHandler) = nullptr;
         find(set_handler, "TIFFSetErrorHandlerExt");
         if (set_handler)
@@ -116,36 +124,52 @@ const Codecs& codecs() {
     return loaded;
 }
 
-bool write_all(int descriptor, View bytes) {
-    while (!bytes.empty()) {
-        const ssize_t written = ::write(descriptor, bytes.data(), bytes.size());
-        if (written < 0 && errno != EINTR)
-            return false;
-        bytes = bytes.subspan(static_cast<std::size_t>(std::max<ssize_t>(written, 0)));
+/// A file in memory that has a name for others.
+class MemoryFile {
+public:
+    explicit MemoryFile(View bytes) : descriptor_(memfd_create("image", MFD_CLOEXEC)) {
+        while (descriptor_ >= 0 && !bytes.empty()) {
+            const ssize_t written = ::write(descriptor_, bytes.data(), bytes.size());
+            if (written < 0 && errno != EINTR)
+                return;
+            bytes = bytes.subspan(static_cast<std::size_t>(std::max<ssize_t>(written, 0)));
+        }
+        is_whole_ = descriptor_ >= 0 && ::access(name().c_str(), R_OK) == 0;
     }
-    return true;
-}
+    MemoryFile(const MemoryFile&) = delete;
+    MemoryFile& operator=(const MemoryFile&) = delete;
+    ~MemoryFile() { ::close(descriptor_); }
+
+    bool is_whole() const { return is_whole_; }
+    std::string name() const { return "/proc/self/fd/" + std::to_string(descriptor_); }
+
+private:
+    int descriptor_;
+    bool is_whole_ = false;
+};
 
 } // namespace
 
 // From a file in memory: cv::imdecode refuses tiles of a TIFF that cv::imread takes, and writes Radiance's pictures into /tmp.
-cv::Mat decoded(const std::filesystem::path& file, Bytes& bytes) {
+cv::Mat decoded(const std::filesystem::path& file, Bytes& bytes, cv::Size size) {
     const Codecs& by = codecs();
-    const int memory = memfd_create("image", MFD_CLOEXEC);
-    if (memory < 0 || !write_all(memory, bytes))
-        throw std::bad_alloc();
+    const MemoryFile memory(bytes);
+    if (!memory.is_whole())
+        refuse(file, std::string("cannot be handed to OpenCV through a file in memory (") + std::strerror(errno) +
+                         "); check the limits of memory and of file sizes, and that /proc is there");
     Bytes().swap(bytes);
     cv::Mat image;
     first_tiff_error.clear();
     try {
         const Quiet here;
-        image = by.read("/proc/self/fd/" + std::to_string(memory), cv::IMREAD_UNCHANGED);
+        image = by.read(memory.name(), cv::IMREAD_UNCHANGED);
     } catch (const cv::Exception&) { // which is told as what returns no image
     }
-    ::close(memory);
+    if (first_tiff_error.starts_with(memory.name()))
+        first_tiff_error.erase(0, memory.name().size() + 2);
     if (!first_tiff_error.empty())
         refuse(file, "is damaged or cut short (" + first_tiff_error + "); write or copy it again");
-    if (image.empty())
+    if (image.size() != size || image.empty())
         refuse_undecoded(file);
     return image;
 }

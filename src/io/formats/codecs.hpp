@@ -10,8 +10,9 @@
 /// What stands before OpenCV's codecs: they fill what a file lacks with anything, so each format's bytes are checked first.
 namespace fathom::io {
 
-/// The pixels of a file whose bytes, which are taken, have been checked; it is refused where OpenCV reads none. Nothing is printed.
-cv::Mat decoded(const std::filesystem::path& file, Bytes& bytes);
+/// The pixels of a file whose bytes, which are taken, have been checked; it is refused where OpenCV reads none or another size. Nothing
+/// is printed.
+cv::Mat decoded(const std::filesystem::path& file, Bytes& bytes, cv::Size size);
 
 /// `check_size`, and what OpenCV takes.
 void check_codec_size(const std::filesystem::path& file, long long width, long long height);

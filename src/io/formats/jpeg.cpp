@@ -85,7 +85,7 @@ PictureFile read_jpeg(const std::filesystem::path& file, Bytes& bytes) {
             at = end_of_codes(all, at);
     }
     check_holds(file, size, 1, bytes.size(), arithmetic ? std::nullopt : std::optional(expansion::jpeg));
-    picture.image = decoded(file, bytes);
+    picture.image = decoded(file, bytes, size);
     return picture;
 }
 

@@ -98,7 +98,7 @@ PictureFile read_png(const std::filesystem::path& file, Bytes& bytes) {
     check_holds(file, size, packed ? 1 : pixel_bits / 8, compressed,
                 expansion::deflate * (packed ? 8 / pixel_bits : 1));
     bytes = std::move(kept);
-    picture.image = decoded(file, bytes);
+    picture.image = decoded(file, bytes, size);
     return picture;
 }
 

@@ -1,5 +1,5 @@
 // TIFF 6.0 and BigTIFF. libtiff, behind OpenCV, leaves memory as it is where strips or tiles hold less than they should, and OpenCV
-// forgives its errors in 8 bits. So the directory is checked first, and changed in the bytes where OpenCV takes it otherwise.
+// forgives its errors in 8 bits. So the directory is checked first, and OpenCV is given one of what was checked.
 #include "codecs.hpp"
 
 #include <fathom/error.hpp>
@@ -16,6 +16,8 @@
 #include <limits>
 #include <map>
 #include <memory>
+#include <set>
+#include <vector>
 
 namespace fathom::io {
 namespace {
@@ -42,7 +44,7 @@ public:
 
     /// Reads the next one. There may be none.
     bool read() {
-        if (next_ == 0)
+        if (next_ == 0 || !seen_.insert(next_).second)
             return false;
         fields_.clear();
         const std::uint64_t count = number(next_, big_ ? 8 : 2), first = next_ + (big_ ? 8 : 2);
@@ -50,11 +52,11 @@ public:
             const std::uint64_t at = first + i * entry();
             Field field{number(at + 2, 2), number(at + 4, big_ ? 8 : 4), at + (big_ ? 12 : 8)};
             if (field.size() != 0 && field.count > bytes_.size() / field.size())
-                refuse_damaged();
+                field.count = 0; // as if it were not there
             if (field.size() * field.count > (big_ ? 8 : 4))
                 field.at = number(field.at, big_ ? 8 : 4);
-            if (!fields_.emplace(Tag(number(at, 2)), field).second)
-                refuse_damaged(); // the same one twice
+            if (field.size() != 0 && field.count != 0)
+                fields_.emplace(Tag(number(at, 2)), field);
         }
         next_ = number(first + count * entry(), big_ ? 8 : 4);
         return true;
@@ -82,23 +84,49 @@ public:
         return first;
     }
 
-    void set_all(Tag tag, std::uint64_t to) {
-        for (std::uint64_t i = 0; i < count(tag); ++i)
-            set(tag, i, to);
+    /// A field of a new directory; `bytes` of each of its values.
+    struct NewField {
+        Tag tag;
+        std::uint64_t bytes;
+        std::vector<std::uint64_t> values;
+    };
+
+    /// Makes these fields, in the order of their tags, the only directory of the file.
+    void replace_by(const std::vector<NewField>& fields) {
+        const std::uint64_t word = big_ ? 8 : 4;
+        Bytes directory;
+        append(directory, fields.size(), big_ ? 8 : 2);
+        for (const auto& [tag, size, values] : fields) {
+            Bytes content;
+            for (const std::uint64_t value : values)
+                append(content, value, size);
+            append(directory, tag, 2);
+            append(directory, size == 2 ? TIFF_SHORT : size == 4 ? TIFF_LONG : TIFF_LONG8, 2);
+            append(directory, values.size(), word);
+            if (content.size() > word) {
+                append(directory, bytes_.size(), word);
+                bytes_.insert(bytes_.end(), content.begin(), content.end());
+                bytes_.resize((bytes_.size() + 1) / 2 * 2); // all begins at even places
+            } else {
+                content.resize(word);
+                directory.insert(directory.end(), content.begin(), content.end());
+            }
+        }
+        append(directory, 0, word); // and no further directory
+        bytes_.resize((bytes_.size() + 1) / 2 * 2);
+        if (!big_ && bytes_.size() > 0xffffffffu)
+            refuse(file_, "has more bytes than the numbers of its kind count; save it as BigTIFF");
+        Bytes place;
+        append(place, bytes_.size(), word);
+        std::ranges::copy(place, bytes_.begin() + (big_ ? 8 : 4));
+        bytes_.insert(bytes_.end(), directory.begin(), directory.end());
     }
 
-    void set(Tag tag, std::uint64_t i, std::uint64_t to) {
-        value(tag, 0, i); // it lies within the file
-        const Field& field = fields_.at(tag);
-        for (std::uint64_t byte = 0; byte < field.size(); ++byte)
-            bytes_[field.at + i * field.size() + (little_ ? byte : field.size() - 1 - byte)] =
-                static_cast<unsigned char>(to >> (8 * byte));
-    }
+    std::uint64_t word() const { return big_ ? 8 : 4; }
 
     View content(Tag tag) const {
         const Field& field = fields_.at(tag);
-        if (field.count > 0)
-            value(tag, 0, field.count - 1);
+        value(tag, 0, field.count - 1); // it lies within the file
         return View(bytes_).subspan(field.at, field.count * field.size());
     }
 
@@ -117,6 +145,11 @@ private:
 
     std::uint64_t entry() const { return big_ ? 20 : 12; }
 
+    void append(Bytes& to, std::uint64_t number, std::uint64_t size) const {
+        for (std::uint64_t i = 0; i < size; ++i)
+            to.push_back(static_cast<unsigned char>(number >> (8 * (little_ ? i : size - 1 - i))));
+    }
+
     std::uint64_t number(std::uint64_t at, std::uint64_t size) const {
         if (at > bytes_.size() || bytes_.size() - at < size)
             refuse_damaged();
@@ -131,6 +164,7 @@ private:
     bool little_, big_;
     std::uint64_t next_ = 0;
     std::map<Tag, Field> fields_;
+    std::set<std::uint64_t> seen_; // where directories lie
 };
 
 /// Whether deflated bytes stand for fewer bytes than `content` has, which is filled, for as many, or for more: -1, 0 or 1.
@@ -163,16 +197,38 @@ public:
         check_pieces();
     }
 
+    /// Gives OpenCV a directory of what was checked, where halves and unsigned integers go as other numbers, whose bits it has.
     cv::Mat read() {
+        const std::uint64_t format = bits_ <= 16 ? SAMPLEFORMAT_UINT : SAMPLEFORMAT_IEEEFP, word = d_.word();
+        std::vector<Directories::NewField> fields{{TIFFTAG_IMAGEWIDTH, 4, {width_}},
+                                                  {TIFFTAG_IMAGELENGTH, 4, {height_}},
+                                                  {TIFFTAG_BITSPERSAMPLE, 2, std::vector(samples_, bits_)},
+                                                  {TIFFTAG_COMPRESSION, 2, {compression_}},
+                                                  {TIFFTAG_PHOTOMETRIC, 2, {d_.value(TIFFTAG_PHOTOMETRIC, 0)}},
+                                                  {TIFFTAG_SAMPLESPERPIXEL, 2, {samples_}},
+                                                  {TIFFTAG_PLANARCONFIG, 2, {PLANARCONFIG_CONTIG}},
+                                                  {TIFFTAG_PREDICTOR, 2, {d_.value(TIFFTAG_PREDICTOR, PREDICTOR_NONE)}},
+                                                  {TIFFTAG_SAMPLEFORMAT, 2, std::vector(samples_, format)}};
+        if (tiled_) {
+            fields.push_back({TIFFTAG_TILEWIDTH, 4, {columns_}});
+            fields.push_back({TIFFTAG_TILELENGTH, 4, {rows_}});
+        } else {
+            fields.push_back({TIFFTAG_ROWSPERSTRIP, 4, {rows_}});
+        }
+        fields.push_back({tiled_ ? Tag{TIFFTAG_TILEOFFSETS} : Tag{TIFFTAG_STRIPOFFSETS}, word, offsets_});
+        fields.push_back({tiled_ ? Tag{TIFFTAG_TILEBYTECOUNTS} : Tag{TIFFTAG_STRIPBYTECOUNTS}, word, counts_});
+        if (samples_ == 4) // of codes libtiff would multiply another alpha in
+            fields.push_back({TIFFTAG_EXTRASAMPLES, 2, {EXTRASAMPLE_ASSOCALPHA}});
+        if (d_.has(TIFFTAG_COLORMAP)) {
+            fields.push_back({TIFFTAG_COLORMAP, 2, {}});
+            for (std::uint64_t i = 0; i < d_.count(TIFFTAG_COLORMAP); ++i)
+                fields.back().values.push_back(d_.value(TIFFTAG_COLORMAP, 0, i));
+        }
+        std::ranges::sort(fields, {}, &Directories::NewField::tag);
         const std::uint64_t turned = d_.value(TIFFTAG_ORIENTATION, 1);
-        d_.set_all(TIFFTAG_ORIENTATION, 1); // which OpenCV turns in some kinds
-        if (bits_ == 8)
-            d_.set_all(TIFFTAG_EXTRASAMPLES, EXTRASAMPLE_ASSOCALPHA); // libtiff would multiply another alpha in
-        else // OpenCV has the bits of halves and of unsigned integers if they go as other numbers
-            d_.set_all(TIFFTAG_SAMPLEFORMAT, bits_ == 16 ? SAMPLEFORMAT_UINT : SAMPLEFORMAT_IEEEFP);
-        cv::Mat image = decoded(file_, bytes_);
-        const bool as_said = image.elemSize1() == bits_ / 8 && std::uint64_t(image.channels()) == samples_;
-        if (image.size() != cv::Size(int(width_), int(height_)) || (bits_ > 8 && !as_said))
+        d_.replace_by(fields);
+        cv::Mat image = decoded(file_, bytes_, {int(width_), int(height_)});
+        if (bits_ > 8 && (image.elemSize1() != bits_ / 8 || std::uint64_t(image.channels()) != samples_))
             refuse_undecoded(file_);
         const auto as = [&](int depth) {
             return cv::Mat(image.size(), CV_MAKETYPE(depth, image.channels()), image.data, image.step).clone();
@@ -196,6 +252,12 @@ private:
                               ", which is not read in a TIFF (JPEG, WebP and LERC among others); save it with Deflate");
         if (bits_ != 8 && bits_ != 16 && bits_ != 32 && bits_ != 64)
             refuse(file_, "has samples of " + std::to_string(bits_) + " bits; save depth as 16-bit or as float");
+        if (bits_ > 8 &&
+            (format_ > SAMPLEFORMAT_IEEEFP || (bits_ == 16 && format_ == SAMPLEFORMAT_INT && samples_ > 1)))
+            refuse(file_, "has samples of a kind that is not read (SampleFormat " + std::to_string(format_) +
+                              "); save it as unsigned integers or as float");
+        if (bits_ == 16 && d_.value(TIFFTAG_PREDICTOR, PREDICTOR_NONE) == PREDICTOR_FLOATINGPOINT)
+            refuse(file_, "has halves behind a predictor for floats, which is not read; save it without a predictor");
         if (bits_ == 64 && format_ != SAMPLEFORMAT_IEEEFP)
             refuse(file_, "has integers of 64 bits; save depth as integers of 16 bits or as float");
         if (bits_ == 32 && format_ == 0)
@@ -223,27 +285,30 @@ private:
     /// Strips or tiles lie in the file and are as long as they should be.
     void check_pieces() {
         check_size_of(width_, height_);
-        const bool tiled = d_.has(TIFFTAG_TILEWIDTH);
-        const std::uint64_t columns = d_.value(TIFFTAG_TILEWIDTH, width_),
-                            rows = tiled ? d_.value(TIFFTAG_TILELENGTH, 0)
-                                         : std::min(d_.value(TIFFTAG_ROWSPERSTRIP, height_), height_);
-        check_size_of(columns, rows);
-        const std::uint64_t across = (width_ + columns - 1) / columns, pieces = across * ((height_ + rows - 1) / rows);
-        const Tag offsets = tiled ? TIFFTAG_TILEOFFSETS : TIFFTAG_STRIPOFFSETS,
-                  counts = tiled ? TIFFTAG_TILEBYTECOUNTS : TIFFTAG_STRIPBYTECOUNTS;
-        if (d_.count(offsets) < pieces || d_.count(counts) < pieces)
+        tiled_ = d_.has(TIFFTAG_TILEWIDTH);
+        columns_ = d_.value(TIFFTAG_TILEWIDTH, width_);
+        rows_ = tiled_ ? d_.value(TIFFTAG_TILELENGTH, 0) : std::min(d_.value(TIFFTAG_ROWSPERSTRIP, height_), height_);
+        check_size_of(columns_, rows_);
+        const std::uint64_t across = (width_ + columns_ - 1) / columns_,
+                            pieces = across * ((height_ + rows_ - 1) / rows_);
+        const Tag offsets = d_.has(TIFFTAG_TILEOFFSETS) && tiled_ ? TIFFTAG_TILEOFFSETS : TIFFTAG_STRIPOFFSETS,
+                  counts = d_.has(TIFFTAG_TILEBYTECOUNTS) && tiled_ ? TIFFTAG_TILEBYTECOUNTS : TIFFTAG_STRIPBYTECOUNTS;
+        if (d_.count(offsets) < pieces)
             d_.refuse_damaged();
         Bytes content;
         for (std::uint64_t i = 0; i < pieces; ++i) {
-            const std::uint64_t rows_there = tiled ? rows : std::min(rows, height_ - i / across * rows),
-                                bytes = columns * rows_there * samples_ * bits_ / 8, at = d_.value(offsets, 0, i),
-                                count = d_.value(counts, 0, i);
-            const bool packed = compression_ != COMPRESSION_NONE;
-            const std::uint64_t stored = packed ? count : bytes;
-            if (stored == 0 || at > bytes_.size() || stored > bytes_.size() - at)
+            const std::uint64_t rows_there = tiled_ ? rows_ : std::min(rows_, height_ - i / across * rows_),
+                                bytes = columns_ * rows_there * samples_ * bits_ / 8, at = d_.value(offsets, 0, i);
+            if (at > bytes_.size())
                 d_.refuse_damaged();
-            if (!packed)
-                d_.set(counts, i, bytes); // a wrong one would be refused
+            const std::uint64_t said = i < d_.count(counts) ? d_.value(counts, 0, i) : 0, rest = bytes_.size() - at,
+                                count = compression_ == COMPRESSION_NONE ? bytes // libtiff works out a wrong one
+                                        : said == 0 && pieces == 1       ? rest
+                                                                         : said;
+            if (count == 0 || count > rest)
+                d_.refuse_damaged();
+            offsets_.push_back(at);
+            counts_.push_back(count);
             if (compression_ != COMPRESSION_DEFLATE && compression_ != COMPRESSION_ADOBE_DEFLATE)
                 continue;
             // libdeflate, which libtiff takes, stops somewhere before the end of a piece that inflates to more than its rows.
@@ -253,8 +318,8 @@ private:
                 d_.refuse_damaged();
             if (found > 0) {
                 const Bytes cut = deflated(content);
-                d_.set(offsets, i, bytes_.size());
-                d_.set(counts, i, cut.size());
+                offsets_.back() = bytes_.size();
+                counts_.back() = cut.size();
                 bytes_.insert(bytes_.end(), cut.begin(), cut.end());
             }
         }
@@ -264,6 +329,9 @@ private:
     Bytes& bytes_;
     Directories& d_;
     std::uint64_t width_, height_, bits_, samples_, format_, compression_;
+    bool tiled_ = false;
+    std::uint64_t columns_ = 0, rows_ = 0; // of a piece
+    std::vector<std::uint64_t> offsets_, counts_;
 };
 
 /// Adds fields to a TIFF that OpenCV wrote on this machine, in a directory behind all that there is: bytes of no type, or a short.
@@ -323,8 +391,12 @@ PictureFile read_tiff(const std::filesystem::path& file, Bytes& bytes) {
     Directories first(file, bytes);
     if (!first.read())
         first.refuse_damaged();
-    for (Directories more = first; picture.pages < most && more.read();)
-        picture.pages += (more.value(TIFFTAG_SUBFILETYPE, 0) & (FILETYPE_REDUCEDIMAGE | FILETYPE_MASK)) == 0;
+    try {
+        Directories more = first;
+        for (int read = 1; read < most && more.read(); ++read)
+            picture.pages += (more.value(TIFFTAG_SUBFILETYPE, 0) & (FILETYPE_REDUCEDIMAGE | FILETYPE_MASK)) == 0;
+    } catch (const Error&) { // what lies behind the first page may be anything
+    }
     const std::uint64_t kind = first.value(TIFFTAG_EXTRASAMPLES, 0);
     if (kind == EXTRASAMPLE_ASSOCALPHA || kind == EXTRASAMPLE_UNASSALPHA)
         picture.straight_alpha = kind == EXTRASAMPLE_UNASSALPHA;
