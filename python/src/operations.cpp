@@ -366,11 +366,11 @@ nb::object moved(const nb::dict& arguments, nb::handle pixels) {
 
 double depth_at_of(const nb::dict& arguments, nb::handle pixel) {
     const Option at{{Kind::pixel}, "pixel"};
-    const auto [x, y] = std::get<LensArguments::Pixel>(value_of("depth_at", at, pixel));
+    const auto named = std::get<LensArguments::Pixel>(value_of("depth_at", at, pixel));
     const Common common(arguments);
     Call call(common, camera_in(common, "depth_at", false));
     double z = 0;
-    call.run([&] { z = depth_at(call.depth(), x, y); });
+    call.run([&] { z = depth_at(call.depth(), named.x, named.y); });
     return z;
 }
 
