@@ -62,8 +62,8 @@ std::vector<float> numbers_without_depth(bool backwards) {
         for (std::size_t i = numbers.size(); i-- > 0;)
             numbers.push_back(0 - numbers[i]);
     std::ranges::sort(numbers);
-    const auto again = std::ranges::unique(numbers);
-    numbers.erase(again.begin(), again.end());
+    // not std::ranges::unique, whose result clang 14 cannot build with GCC 12's library
+    numbers.erase(std::unique(numbers.begin(), numbers.end()), numbers.end());
     return numbers;
 }
 
