@@ -149,7 +149,9 @@ PictureFile read_pgm(const std::filesystem::path& file, Bytes& bytes, bool as_co
                          ", but 8-bit codes are taken to count to 255; stretch them to that range");
     // OpenCV takes what is no number in a text for a blank, and a header otherwise than others: it gets bytes behind one of ours.
     const std::size_t code_bytes = scale > 255 ? 2 : 1;
-    Bytes codes;
+    const std::string header = "P5\n" + std::to_string(size.width) + " " + std::to_string(size.height) +
+                               (code_bytes == 2 ? "\n65535\n" : "\n255\n");
+    Bytes codes(header.begin(), header.end());
     if (text[1] == '2') {
         check_holds(file, size, 2, text.size(), 1); // a figure and a blank each
         std::size_t at = end;
@@ -162,11 +164,8 @@ PictureFile read_pgm(const std::filesystem::path& file, Bytes& bytes, bool as_co
         }
     } else {
         check_rows(file, {size, scale, end}, bytes.size(), code_bytes);
-        codes.assign(bytes.begin() + static_cast<std::ptrdiff_t>(end + 1), bytes.end());
+        codes.insert(codes.end(), bytes.begin() + static_cast<std::ptrdiff_t>(end + 1), bytes.end());
     }
-    const std::string header = "P5\n" + std::to_string(size.width) + " " + std::to_string(size.height) +
-                               (code_bytes == 2 ? "\n65535\n" : "\n255\n");
-    codes.insert(codes.begin(), header.begin(), header.end());
     PictureFile map{.image = decoded(file, codes, size)};
     double most = 0;
     cv::minMaxLoc(map.image, nullptr, &most);
@@ -202,8 +201,8 @@ PictureFile read_radiance(const std::filesystem::path& file, Bytes& bytes) {
 
 // OpenCV writes these through a file in /tmp, and does not tell when that is full.
 Bytes radiance_bytes(const cv::Mat& bgr) {
-    const std::string head = "#?RGBE\n" + std::string("FORMAT=32-bit_rle_rgbe") + "\n\n-Y " + std::to_string(bgr.rows) +
-                             " +X " + std::to_string(bgr.cols) + "\n";
+    const std::string head = std::string("#?RGBE\nFORMAT=32-bit_rle_rgbe\n\n-Y ") + std::to_string(bgr.rows) + " +X " +
+                             std::to_string(bgr.cols) + "\n";
     Bytes file(head.begin(), head.end());
     cv::Mat codes(4, bgr.cols, CV_8U);
     for (int y = 0; y < bgr.rows; ++y) {
