@@ -198,7 +198,7 @@ operations.append(depth_from("fill_invalid", FILL, "_moved(locals(), 0)"))
 operations.append(depth_from("grow_foreground", GROW, "_moved(locals(), pixels)", [grown]))
 folder = pathlib.Path(sys.argv[1])
 names = [name for each in operations for name in (each["several"], each["name"]) if name]
-check = {name: f"{type_of(option)}" for option in lengths for name in [option["name"]]}
+check = {option["name"]: type_of(option) for option in lengths}
 code = CODE + "".join(map(code_of, operations))
 code += f'\n\ndef check(depth, camera, *, storage=None, {", ".join(f"{name}=None" for name in check)}):\n'
 code += f'    """{CHECK}"""\n    return _check(locals())\n\n\n__all__ = {[*names, "check"]!r}\n'
