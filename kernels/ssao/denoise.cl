@@ -5,6 +5,8 @@
 // does so for 4 patterns. There two opposite neighbours count only together, so that a missing one does not shift the
 // mean. A neighbour's weight falls with its distance from the pixel's tangent plane, and with the pixel's distance from
 // the neighbour's tangent plane, both in inverse depth. So nothing is mixed across an edge.
+// Where few neighbours lie on the pixel's plane, as on strands and far ridges, so few slices would be dots: visibility is then partly
+// what all pixels around see.
 // One wall of a crease has too few patterns beside the crease, and both walls see the same there. So visibility has a second
 // mean, for which what lies above the other's plane is closer. As visibility falls towards a crease, this mean counts where it is
 // darker; where it is lighter it counts in part, and not on steep walls, whose pixels lie far apart.
@@ -39,6 +41,9 @@
 // Widths of a pixel that a surface rises from one to the next: what is not steep, and what may go on to a crease.
 #define GENTLE 2.0f
 #define GRAZING 8.0f
+// Weights of the eight next pixels below which a pixel is alone, and how much what all around see counts where none has any.
+#define ALONE (PAIRS ? 0.5f : 2.1f)
+#define OTHERS (PAIRS ? 0.4f : 1.0f)
 // What a corner of the window lies above the pixel's plane where a crease may cross the window, as weights have it.
 #define CREASE_LEAST 0.25f
 #define CREASE_MOST 16.0f
@@ -96,8 +101,8 @@ INLINE floatV weight_of(const centreV* c, floatV off, int dx, int dy) {
     return fraction * max(fma(-off, c->inverse, (floatV)1.0f), 0.0f);
 }
 
-// Adds a neighbour of column j to the sums, or two opposite ones.
-INLINE void add_neighbour(const nearV around[DOWN][ACROSS], const split_params* split, const centreV* c, int j, int dx, int dy,
+// Adds a neighbour of column j to the sums, or two opposite ones. Gives its weight.
+INLINE floatV add_neighbour(const nearV around[DOWN][ACROSS], const split_params* split, const centreV* c, int j, int dx, int dy,
                           bool second, const occlusion_params* p, floatV* sum) {
     const nearV* const its = &around[dy + REACH][j + dx + REACH];
     floatV off = off_at(its, split, c, dx, dy, second, p);
@@ -113,7 +118,23 @@ INLINE void add_neighbour(const nearV around[DOWN][ACROSS], const split_params* 
 #endif
         sum[i] = fma(weight, value, sum[i]);
     }
+    return weight;
 }
+
+#if OUTPUT < 2 && REACH > 0
+// What all pixels around see. Their planes are not the pixel's own, so that its sums are no measure for theirs.
+INLINE floatV seen_around(const nearV around[DOWN][ACROSS], int j) {
+    floatV sum[SUMS];
+    for (int i = 0; i < SUMS; ++i) {
+        sum[i] = 0.0f;
+        for (int dy = -REACH; dy <= REACH; ++dy) {
+            for (int dx = -REACH; dx <= REACH; ++dx)
+                sum[i] += around[dy + REACH][j + dx + REACH].sums[i];
+        }
+    }
+    return sum[0] / max(sum[1], 1e-30f);
+}
+#endif
 
 #if OUTPUT == 0 && REACH > 0
 // May a crease cross the window? Then it cuts off a corner, which lies above the pixel's plane.
@@ -184,12 +205,17 @@ KERNEL void denoise(__global const float* fronts, __global const float* slopes, 
         c.inverse = 1.0f / (p.edge * sqrt(fma(size, size, steep)) + 4 * depth_error(&p, c.q));
         for (int i = 0; i < SUMS; ++i)
             sum[i] = here->sums[i];
+        floatV next = 0.0f; // weights of the eight next pixels
         for (int dy = PAIRS ? 0 : -REACH; !open && dy <= REACH; ++dy) {
             for (int dx = PAIRS && dy == 0 ? 1 : -REACH; dx <= REACH; ++dx) {
-                if (dx != 0 || dy != 0)
-                    add_neighbour(around, &split, &c, j, dx, dy, false, &p, sum);
+                if (dx != 0 || dy != 0) {
+                    const floatV weight = add_neighbour(around, &split, &c, j, dx, dy, false, &p, sum);
+                    if (abs(dx) < 2 && abs(dy) < 2)
+                        next += (PAIRS ? 2.0f : 1.0f) * weight;
+                }
             }
         }
+        (void)next; // without neighbours, and for normals
         const intV known = c.q > 1.5f * NOTHING, surface = c.q > NOTHING;
 #if OUTPUT == 2
         const floatV length = sqrt(fma(sum[0], sum[0], fma(sum[1], sum[1], sum[2] * sum[2])));
@@ -199,6 +225,11 @@ KERNEL void denoise(__global const float* fronts, __global const float* slopes, 
         }
 #else
         floatV fraction = sum[0] / max(sum[1], 1e-30f);
+#if REACH > 0
+        const floatV alone = open ? (floatV)0.0f : max(fma((floatV)(-1.0f / ALONE), next, (floatV)1.0f), 0.0f);
+        if (any_of(alone > 0.0f))
+            fraction = fma(OTHERS * alone, seen_around(around, j) - fraction, fraction);
+#endif
 #if OUTPUT == 0 && REACH > 0
         const intV crease = open ? (intV)0 : is_crease(around, &c, j);
         if (any_of(crease)) {
