@@ -101,12 +101,14 @@ Regime thin_occluders(const Device& device) {
         const std::string name = "bars of " + std::to_string(pixels) + " pixels";
         SsaoOptions layered;
         layered.thickness = stored_of(device, backs, camera);
-        const double with_back = judge.off(floats_of(ssao(stored, reach, layered).visibility));
+        const double with_back = judge.off(floats_of(ssao(stored, reach, layered).visibility)),
+                     by_default = judge.off(floats_of(ssao(stored, reach).visibility));
         for (const double times : {1 / 16.0, 1 / 8.0, 1 / 4.0, 1 / 2.0, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0}) {
             SsaoOptions options;
             options.thickness = times * pixels * pixel;
             regime.panel(off).curve(name).points.push_back(
                 {times, judge.off(floats_of(ssao(stored, reach, options).visibility))});
+            regime.panel(off).curve(name + ", default").points.push_back({times, by_default});
             regime.panel(off).curve(name + ", second layer").points.push_back({times, with_back});
         }
     }
