@@ -119,8 +119,8 @@ bool Steps::is_finished(Work& work) const {
     if (!records_)
         return false;
     if (!is_relative())
-        work.camera = options_.camera.read_for(work.frame.read_as());
-    work.record = records_->of(work.frame, work.camera.text);
+        work.read.camera = options_.camera.read_for(work.frame.read_as());
+    work.record = records_->of(work.frame, work.read.camera.text);
     return records_->is_finished(*work.record, work.frame);
 }
 
@@ -139,42 +139,42 @@ void Steps::load(Work& work) const {
     work.loaded = true;
     Loaded& frame = work.frame;
     if (is_relative()) {
-        work.relative = relative_depth(options_, frame);
-        work.depth = std::exchange(work.relative->depth, {{}, Storage::float32, {}});
+        work.read.relative = relative_depth(options_, frame);
+        work.read.depth = std::exchange(work.read.relative->depth, {{}, Storage::float32, {}});
     } else {
-        work.camera = options_.camera.read_for(frame.read_as());
-        work.depth = read_depth(frame.input, read_options(work));
-        if (work.depth.storage != Storage::float32) // on which the unit may depend
-            work.camera = options_.camera.read_for(frame.read_as(), work.depth.storage);
+        work.read.camera = options_.camera.read_for(frame.read_as());
+        work.read.depth = read_depth(frame.input, read_options(work));
+        if (work.read.depth.storage != Storage::float32) // on which the unit may depend
+            work.read.camera = options_.camera.read_for(frame.read_as(), work.read.depth.storage);
         if (options_.camera.of_each_input())
-            frame.own_camera = work.camera;
+            frame.own_camera = work.read.camera;
     }
-    const DepthFile& depth = work.depth;
+    const DepthFile& depth = work.read.depth;
     frame.windows = depth.windows;
     frame.channel = depth.channel;
     const Job& job = frame;
-    work.option_doubts = later([&] { return more_.doubts ? more_.doubts(job) : std::vector<std::string>{}; });
+    work.read.option_doubts = later([&] { return more_.doubts ? more_.doubts(job) : std::vector<std::string>{}; });
     frame.images = later([&] { return more_.read ? more_.read(job) : Images{}; });
-    work.picture_size = picture_size(work);
-    work.seen = is_relative() ? relative_camera(depth.values.cols, depth.values.rows, *options_.relative.order)
-                              : camera_of(work.camera, depth.windows, work.picture_size);
-    settle_sky(work.seen, depth.values);
-    if (work.picture_size && more_.picture)
-        frame.windows = {{{0, 0}, *work.picture_size}, *work.picture_size};
+    work.read.picture_size = picture_size(work);
+    work.read.seen = is_relative() ? relative_camera(depth.values.cols, depth.values.rows, *options_.relative.order)
+                                   : camera_of(work.read.camera, depth.windows, work.read.picture_size);
+    settle_sky(work.read.seen, depth.values);
+    if (work.read.picture_size && more_.picture)
+        frame.windows = {{{0, 0}, *work.read.picture_size}, *work.read.picture_size};
     work.source = source_of(more_, frame, depth);
     work.windows = result_windows(more_, frame);
     check_append(work);
     if (is_relative())
         return;
-    work.channel_doubts =
+    work.read.channel_doubts =
         depth.channel.empty() ? page_doubts(depth.pages) : channel_doubts(frame.input, options_.channel, depth.channel);
-    if (const auto doubt = io::ray_channel_doubt(depth.channel, work.seen))
-        work.channel_doubts.push_back(*doubt);
+    if (const auto doubt = io::ray_channel_doubt(depth.channel, work.read.seen))
+        work.read.channel_doubts.push_back(*doubt);
 }
 
 // The size of the picture, if it is another than the depth's.
 std::optional<cv::Size> Steps::picture_size(const Work& work) const {
-    const cv::Size depth = work.depth.windows.data.size();
+    const cv::Size depth = work.read.depth.windows.data.size();
     cv::Size size = depth;
     bool has_plate = false;
     try {
@@ -186,9 +186,9 @@ std::optional<cv::Size> Steps::picture_size(const Work& work) const {
     }
     if (size == depth || is_relative())
         return std::nullopt;
-    const char* of_one_size = has_overscan(work.depth.windows) ? "the depth has overscan"
-                              : has_plate                      ? "a clean plate is given"
-                                                               : nullptr;
+    const char* of_one_size = has_overscan(work.read.depth.windows) ? "the depth has overscan"
+                              : has_plate                           ? "a clean plate is given"
+                                                                    : nullptr;
     if (of_one_size)
         throw Error(fmt::format("{}: is {} × {}, but its picture is {} × {}; {}, so that both must be of the same size",
                                 work.frame.input.native(), depth.width, depth.height, size.width, size.height,
@@ -199,25 +199,25 @@ std::optional<cv::Size> Steps::picture_size(const Work& work) const {
 // Depth gets the size of its picture, along the picture's edges. The camera maps the whole image, whatever its pixels are.
 void Steps::bring_up(Work& work) const {
     const cv::Mat& color = work.frame.images.get().picture.color;
-    if (work.seen.lens)
+    if (work.read.seen.lens)
         throw Error(fmt::format(
             "{}: its camera has a lens, and depth gets the size of its picture along straight rays only; give "
             "a picture of the depth's size",
             work.frame.input.native()));
-    Camera camera = work.seen;
+    Camera camera = work.read.seen;
     camera.width = color.cols;
     camera.height = color.rows;
-    work.small = work.depth.values; // which the subject refers to
-    work.depth.values = io::distances_along_edges(work.z, color, camera.projection.is_perspective());
-    work.depth.storage = Storage::float32;
-    work.stored = ViewDepth{to_device(device_, work.depth.values), camera}.stored();
+    work.examined->small = work.read.depth.values; // which the subject refers to
+    work.read.depth.values = io::distances_along_edges(work.examined->z, color, camera.projection.is_perspective());
+    work.read.depth.storage = Storage::float32;
+    work.examined->stored = ViewDepth{to_device(device_, work.read.depth.values), camera}.stored();
 }
 
 ReadOptions Steps::read_options(const Work& work) const {
     return {.channel = options_.channel,
-            .packing = work.camera.packing,
+            .packing = work.read.camera.packing,
             .overscan = takes_overscan(work.frame),
-            .as_counted = is_metric(work.camera.camera.encoding),
+            .as_counted = is_metric(work.read.camera.camera.encoding),
             .memory = options_.memory};
 }
 
@@ -225,54 +225,57 @@ ReadOptions Steps::read_options(const Work& work) const {
 void Steps::find_invalid_value(Work& work) const {
     if (is_relative() || (options_.ignore.empty() && !options_.valid))
         return;
-    InvalidValue& invalid = work.invalid.emplace(work.seen, work.depth.storage);
+    InvalidValue& invalid = work.read.invalid.emplace(work.read.seen, work.read.depth.storage);
     if (!invalid.is_open())
         return;
-    invalid.see(on_host(work.depth.values, work.depth.storage));
+    invalid.see(on_host(work.read.depth.values, work.read.depth.storage));
     if (work.frame.images.valid())
-        if (const DepthFile& other = work.frame.images.get().other_depth; other.storage == work.depth.storage)
+        if (const DepthFile& other = work.frame.images.get().other_depth; other.storage == work.read.depth.storage)
             invalid.see(on_host(other.values, other.storage));
-    invalid.settle(work.seen);
+    invalid.settle(work.read.seen);
 }
 
 void Steps::ignore(Work& work) const {
     if (options_.ignore.empty() || is_relative()) // whose values have lost them already
         return;
-    const cv::Mat ignored = io::ignored(work.frame.companions.back(), options_.ignore_below, work.depth.windows);
-    work.invalid->write(work.depth.values.data, on_host(work.depth.values, work.depth.storage),
-                        [&](int x, int y) { return ignored.at<uchar>(y, x) != 0; });
+    const cv::Mat ignored = io::ignored(work.frame.companions.back(), options_.ignore_below, work.read.depth.windows);
+    work.read.invalid->write(work.read.depth.values.data, on_host(work.read.depth.values, work.read.depth.storage),
+                             [&](int x, int y) { return ignored.at<uchar>(y, x) != 0; });
 }
 
 // Bounds are as exact as depths, so that a depth that is written like one lies within.
 void Steps::keep_valid(Work& work) const {
     const auto least = static_cast<float>(options_.valid->front()), most = static_cast<float>(options_.valid->back());
     constexpr float background = std::numeric_limits<float>::infinity();
-    work.invalid->write(work.depth.values.data, on_host(work.depth.values, work.depth.storage), [&](int x, int y) {
-        float& depth = work.z.at<float>(y, x);
-        const bool is_out = depth < background && !(depth >= least && depth <= most);
-        if (is_out)
-            depth = std::numeric_limits<float>::quiet_NaN();
-        return is_out;
-    });
+    work.read.invalid->write(work.read.depth.values.data, on_host(work.read.depth.values, work.read.depth.storage),
+                             [&](int x, int y) {
+                                 float& depth = work.examined->z.at<float>(y, x);
+                                 const bool is_out = depth < background && !(depth >= least && depth <= most);
+                                 if (is_out)
+                                     depth = std::numeric_limits<float>::quiet_NaN();
+                                 return is_out;
+                             });
 }
 
 // Looks at what was read, while other inputs are computed: the device need not wait for the host's part of it.
 void Steps::examine(Work& work) const {
-    DepthFile& depth = work.depth;
+    DepthFile& depth = work.read.depth;
+    work.examined.emplace();
     find_invalid_value(work);
     ignore(work);
-    work.stored = {.image = to_device(device_, depth.values), .camera = work.seen, .storage = depth.storage};
-    work.z = at_any_width(device_, [&] { return distances(work.stored); });
+    work.examined->stored = {
+        .image = to_device(device_, depth.values), .camera = work.read.seen, .storage = depth.storage};
+    work.examined->z = at_any_width(device_, [&] { return distances(work.examined->stored); });
     if (options_.valid) {
         keep_valid(work);
-        work.stored.image = to_device(device_, depth.values);
+        work.examined->stored.image = to_device(device_, depth.values);
     }
     const HostDepth values = on_host(depth.values, depth.storage);
-    work.subject = Subject(work.seen, depth.storage);
-    work.subject.add(values, on_host(work.z));
-    work.subject.each = [values, &work](const auto& visit) { visit(values, on_host(work.z)); };
+    work.examined->subject = Subject(work.read.seen, depth.storage);
+    work.examined->subject.add(values, on_host(work.examined->z));
+    work.examined->subject.each = [values, &work](const auto& visit) { visit(values, on_host(work.examined->z)); };
     find_doubts(work);
-    if (work.picture_size && more_.picture)
+    if (work.read.picture_size && more_.picture)
         bring_up(work);
 }
 
@@ -292,17 +295,18 @@ std::string nothing_left(const DepthOptions& options) {
 
 void Steps::find_doubts(Work& work) const {
     if (is_relative()) {
-        work.held = held(work.relative->input);
-        work.value_doubts = work.relative->doubts;
+        work.held = held(work.read.relative->input);
+        work.examined->value_doubts = work.read.relative->doubts;
         return;
     }
-    work.held = held(work.depth.channel, work.subject.look, work.seen);
-    work.value_doubts = doubts(work.subject);
-    if (const auto refused = refusal(work.subject))
-        throw Error(work.invalid && work.subject.look.invalid == work.subject.look.pixels ? nothing_left(options_)
-                                                                                          : *refused);
-    const cv::Size display = size_for(work.camera, work.depth.windows, work.picture_size);
-    work.camera_doubts = key_doubts(work.camera.text, display.width, display.height);
+    work.held = held(work.read.depth.channel, work.examined->subject.look, work.read.seen);
+    work.examined->value_doubts = doubts(work.examined->subject);
+    if (const auto refused = refusal(work.examined->subject))
+        throw Error(work.read.invalid && work.examined->subject.look.invalid == work.examined->subject.look.pixels
+                        ? nothing_left(options_)
+                        : *refused);
+    const cv::Size display = size_for(work.read.camera, work.read.depth.windows, work.read.picture_size);
+    work.examined->camera_doubts = key_doubts(work.read.camera.text, display.width, display.height);
 }
 
 void Steps::compute(Work& work) {
@@ -316,23 +320,23 @@ void Steps::compute(Work& work) {
         examine(work);
     }
     const Stopwatch watch(work.times.compute);
-    work.doubtful_values = warn_once(work, frame.input, work.value_doubts);
+    work.doubtful_values = warn_once(work, frame.input, work.examined->value_doubts);
     bool doubtful_camera = false;
     if (!is_relative()) {
         const std::filesystem::path described = camera_name(options_, frame);
-        warn_once(work, frame.input, work.channel_doubts);
-        doubtful_camera |= warn_once(work, described, work.camera.warnings);
-        doubtful_camera |= warn_once(work, described, work.camera_doubts);
+        warn_once(work, frame.input, work.read.channel_doubts);
+        doubtful_camera |= warn_once(work, described, work.read.camera.warnings);
+        doubtful_camera |= warn_once(work, described, work.examined->camera_doubts);
     }
-    warn_once(work, frame.input, work.option_doubts.get());
+    warn_once(work, frame.input, work.read.option_doubts.get());
     if (more_.length_doubts && !work.doubtful_values && !doubtful_camera) // or one mistake would be told twice
-        warn_once(work, frame.input, more_.length_doubts(work.stored, work.subject, frame));
-    work.z.release();
-    work.small.release();
-    work.results = at_any_width(device_, [&] { return operation_(work.stored, frame); });
-    work.stored.image = {};
+        warn_once(work, frame.input, more_.length_doubts(work.examined->stored, work.examined->subject, frame));
+    work.examined->z.release();
+    work.examined->small.release();
+    work.results = at_any_width(device_, [&] { return operation_(work.examined->stored, frame); });
+    work.examined.reset();
     frame.images = {};
-    work.depth.values.release();
+    work.read.depth.values.release();
 }
 
 void Steps::write(Work& work) const {
@@ -375,7 +379,7 @@ std::size_t Steps::bytes(const Work& work) const {
         return bytes(other);
     }
     const auto of = [](const cv::Mat& image) { return image.total() * image.elemSize(); };
-    std::size_t sum = of(work.depth.values);
+    std::size_t sum = of(work.read.depth.values);
     try {
         const Images& images = work.frame.images.get();
         sum += of(images.picture.color) + of(images.clean_plate.color) + of(images.other_depth.values) +
@@ -387,7 +391,7 @@ std::size_t Steps::bytes(const Work& work) const {
         const std::vector<std::string>& channels = output.product.channels;
         values += channels.size() + known_names(channels, options_.append).size();
     }
-    return sum + values * sizeof(float) * work.depth.values.total();
+    return sum + values * sizeof(float) * work.read.depth.values.total();
 }
 
 void Steps::check_append(const Work& work) const {

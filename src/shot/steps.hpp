@@ -59,35 +59,42 @@ auto later(Make make) {
     return task.get_future().share();
 }
 
-/// An input between the steps.
+/// What was read of an input. The images in it go when the input is computed.
+struct ReadInput {
+    DepthFile depth{{}, Storage::float32, {}};
+    std::optional<InvalidValue> invalid;   ///< of pixels that do not count, if there may be some
+    std::optional<RelativeDepth> relative; ///< all but its depth
+    ImportedCamera camera;
+    Camera seen;                          ///< by the pixels
+    std::optional<cv::Size> picture_size; ///< if it is another than the depth's
+    std::vector<std::string> channel_doubts;
+    std::shared_future<std::vector<std::string>> option_doubts;
+};
+
+/// What was found in it. It goes when the input is computed.
+struct Examined {
+    StoredDepth stored;
+    cv::Mat z;     ///< what it decodes to
+    cv::Mat small; ///< the depth before it was brought to the picture's size
+    Subject subject;
+    std::vector<std::string> value_doubts, camera_doubts;
+};
+
+/// An input between the steps, and its results until they are written and told.
 struct Work {
     Loaded frame;
     Times times;
-    // Read.
     bool loaded = false;
-    std::optional<nlohmann::ordered_json> record; // of a run with records
-    bool kept = false;                            // lie the results there already?
-    DepthFile depth{{}, Storage::float32, {}};
-    std::optional<InvalidValue> invalid;   // of pixels that do not count, if there may be some
-    std::optional<RelativeDepth> relative; // all but its depth
-    ImportedCamera camera;
-    Camera seen;                          // by the pixels
-    std::optional<cv::Size> picture_size; // if it is another than the depth's
-    std::optional<ExrSource> source;
-    Windows windows; // of the results
-    std::vector<std::string> channel_doubts;
-    std::shared_future<std::vector<std::string>> option_doubts;
-    // Looked at.
-    StoredDepth stored;
-    cv::Mat z;     // what it decodes to
-    cv::Mat small; // the depth before it was brought to the picture's size
-    Subject subject;
-    std::vector<std::string> value_doubts, camera_doubts;
+    bool kept = false;                            ///< Do the results lie there already?
+    std::optional<nlohmann::ordered_json> record; ///< of a run with records
+    ReadInput read;
+    std::optional<Examined> examined;
     Held held;
-    // Computed.
     bool doubtful_values = false;
+    std::optional<ExrSource> source;
+    Windows windows; ///< of the results
     std::vector<Result> results;
-    io::Bytes raw = {}; // of the result that goes to standard output
+    io::Bytes raw = {}; ///< of the result that goes to standard output
 };
 
 /// In full floats 65504 is the sky only where nothing lies beyond it.

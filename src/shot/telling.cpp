@@ -118,8 +118,8 @@ nlohmann::ordered_json log_line(const std::vector<Output>& outputs, const Work& 
             line["warnings"].push_back(work.frame.shown(said.substr(warning.size())));
     if (!error.empty())
         line["error"] = error;
-    if (!work.camera.text.empty())
-        line["camera"] = nlohmann::ordered_json::parse(work.camera.text);
+    if (!work.read.camera.text.empty())
+        line["camera"] = nlohmann::ordered_json::parse(work.read.camera.text);
     return line;
 }
 
