@@ -417,7 +417,7 @@ TEST_CASE("ssao scene: where a crease passes close by a pixel's centre, the pixe
 
 namespace {
 
-constexpr double crease_shade = 0.05; ///< that a pixel in a crease may be darker than rays into its walls
+constexpr double crease_shade = 0.05;       ///< that a pixel in a crease may be darker than rays into its walls
 constexpr int most_lighter[] = {65, 33, 0}; ///< measured of 84,288: none is wanted
 
 } // namespace
