@@ -172,7 +172,8 @@ constexpr double most_flicker = 1.4;
 
 // What a strand's pixel differs by from the mean of the frames before and after, over that of the path tracer without its noise,
 // which has the variance of as many rays of which some meet nothing.
-TEST_CASE("real: strands in a move flicker at most 1.4 times as much as the path tracer's", "[ssao][real][exhaustive]") {
+TEST_CASE("real: strands in a move flicker at most 1.4 times as much as the path tracer's",
+          "[ssao][real][exhaustive]") {
     if (!there("blender"))
         return;
     const test::Folder folder;
