@@ -190,17 +190,10 @@ TEST_CASE("dof-masks program: wrong usage is told before anything is done") {
     const Scene scene;
     const std::string output = scene.folder / "out/masks.exr";
     const std::vector<std::pair<Arguments, std::string>> cases{
-        {{"--focus", "2", "--focus-at", "1,2"}, "--focus"},
-        {{"--focus-at", "1,2", "--focus-along", "1,2,3"}, "--focus-a"},
         {{"--focus-at", "1"}, "X,Y"},
         {{"--focus-at", "1.5,2"}, "X,Y"},
-        {{"--focus-along", "1,2,0"}, "X,Y,D"},
         {{"--focus-along", "1,2"}, "X,Y,D"},
         {{"--circle", "1"}, "K,G"},
-        {{"--circle", "1,-2"}, "K,G"},
-        {{"--circle", "1,inf"}, "K,G"},
-        {{"--circle", "1,2", "--f-stop", "2"}, "--circle"},
-        {{"--sky", "black"}, "blur, sharp or exclude"},
         {{"--mask", "all"}, "coc, near, focus or far"},
         {{"--transitoin-px", "1"}, "did you mean --transition-px?"},
         {{"--f-stop", "2", "--f-stop", "4"}, "--f-stop: is given more than once"},
@@ -267,19 +260,4 @@ TEST_CASE("dof-masks program: the near field and tiles go into files of their ow
     check_refused(scene.with_lens(other, {"--max-near-coc", file("t.png")}), 2, ".png");
     check_refused(scene.with_lens(other, {"--near-alpha", other}), 2, "--near-alpha");
     CHECK(!fs::exists(other));
-}
-
-TEST_CASE("dof-masks program: several inputs go into a folder") {
-    const Scene scene;
-    const std::string other = depth_file(scene.folder, "other.png", scene.depth);
-    const auto ask = [&](const Arguments& more) {
-        return run(joined({"dof-masks", scene.input, other, "--camera", scene.camera, "-o", scene.folder / "out/masks",
-                           "--circle", "20,60"},
-                          more));
-    };
-    check_refused(ask({"--format", "png"}), 2, "--mask");
-    check_done(ask({}));
-    check_done(ask({"--format", "png", "--mask", "near"}));
-    CHECK(scene.folder.results() ==
-          std::vector<std::string>{"frame.exr", "frame.png", "masks", "other.exr", "other.png"});
 }
