@@ -153,37 +153,3 @@ struct Blurred {
 };
 
 } // namespace
-
-TEST_CASE("dof: what lies between its passes at 7680 x 4320", "[dof][bands][exhaustive]") {
-    constexpr int width = 7680, height = 4320;
-    for (const auto& [quality, name, circle, most] :
-         {std::tuple{Quality::fast, "fast", 512.0, 320e6}, // with the areas of pixels
-          {Quality::balanced, "balanced", 512.0, 320e6},
-          {Quality::accurate, "accurate", 64.0, 300e6}}) {
-        const Device device = test_device();
-        const Blurred all(device, width, height, circle, 3);
-        const Image result = dof(all.stored, all.color, Blurred::lens, {.quality = quality});
-        device.finish();
-        CHECK(result.width() == width);
-        const double bytes = scratch_bytes(device);
-        std::printf("dof %s, scratch at %d x %d with circles to %.0f px: %.0f MB, %.1f bytes a pixel\n", name, width,
-                    height, circle, bytes / 1e6, bytes / (1.0 * width * height));
-        CHECK(bytes < most);
-    }
-}
-
-TEST_CASE("ssao: what lies between its passes at 7680 x 4320", "[ssao][bands][exhaustive]") {
-    constexpr int width = 7680, height = 4320;
-    constexpr double most = 500e6; // bytes, of scratch and tables
-    const Device device = test_device();
-    const Steps steps(width, height);
-    const StoredDepth stored = steps.stored(device, Storage::float32);
-    SsaoCall options = options_of(0.1, Quality::fast);
-    const Occlusion done = ssao(stored, options);
-    device.finish();
-    CHECK(done.visibility.width() == width);
-    const double bytes = scratch_bytes(device);
-    std::printf("scratch at %d x %d: %.0f MB, %.1f bytes a pixel\n", width, height, bytes / 1e6,
-                bytes / (1.0 * width * height));
-    CHECK(bytes < most);
-}

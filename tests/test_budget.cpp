@@ -120,27 +120,3 @@ TEST_CASE("ssao: a sphere covers the rows that it is said to", "[ssao][budget]")
     const CentreRays rays = centre_rays(camera_rays(cameras[0]));
     CHECK(std::isinf(rows_of_sphere(rays, 2, 150, 1)));
 }
-
-TEST_CASE("near field: the least budget is one row of blocks, and does not grow with the discs",
-          "[near_field][dof_masks][budget]") {
-    constexpr int width = 45, height = 1100;
-    constexpr std::size_t weights = 48 * 256 * sizeof(float), tables = 5000;
-    const Scene scene(width, height);
-    const DofMasksOptions options{
-        .near_weight = true, .focus_weight = true, .far_weight = true, .near_alpha = true, .disocclusion = true};
-    for (const double k : {10.0, 1200.0}) { // discs of up to 4 and 460 pixels
-        const CircleOfConfusion lens{.k = k, .g = 2.4 * k};
-        const auto masks = [&](const Device& device) { return dof_masks(scene.stored(device), lens, options); };
-        const DofMasks whole = masks(device_with(0));
-        for (const int vector_width : {16, 4}) {
-            const Device device = device_with(weights + tables, vector_width);
-            const DofMasks got = masks(device);
-            for (const auto mask : {&DofMasks::coc, &DofMasks::near_weight, &DofMasks::focus_weight,
-                                    &DofMasks::far_weight, &DofMasks::near_alpha, &DofMasks::disocclusion})
-                CHECK(same_bits(floats(got.*mask), floats(whole.*mask)));
-            CHECK(device.state().most_scratch_bytes <= weights + tables);
-        }
-        CHECK_THROWS_WITH(masks(device_with(weights)),
-                          "dof_masks of 45 x 1100 pixels needs a memory budget of 1 MiB; raise it");
-    }
-}
