@@ -505,21 +505,6 @@ TEST_CASE("dof: an antialiased edge has the same bits whether red or blue comes 
     }
 }
 
-// Without light above 1 a layer has half as many sums a pixel, fewer than a vector holds where a device computes one pixel.
-TEST_CASE("dof: accurate has the same bits for every vector width, with highlights and without", "[dof]") {
-    for (const bool bright : {true, false}) {
-        Picture picture = mixed();
-        for (float& value : picture.color)
-            value = bright ? value : std::min(value, 1.0f);
-        const DofOptions accurate{.quality = Quality::accurate};
-        const auto expected = blurred(picture, accurate);
-        for (const int vector_width : {1, 4, 8, 16}) {
-            INFO((bright ? "highlights" : "no highlights") << ", vectors of " << vector_width);
-            CHECK(same_bits(blurred(picture, accurate, test_device({.vector_width = vector_width})), expected));
-        }
-    }
-}
-
 // Beside a foreground of circle c, a sharp wall shows what the disc of diameter c leaves open. The pixels beyond the edge had
 // up to a half of the foreground's colour, which made a dashed outline: they were off by 0.18.
 TEST_CASE("dof: an antialiased foreground leaves no outline on the sharp wall behind it", "[dof]") {
