@@ -205,35 +205,3 @@ TEST_CASE("bench: a pair of methods says how sure it is which is more exact", "[
     CHECK(csv.find("1 x 10,1,0.9") != std::string::npos);
     CHECK(csv.find("1 x 11") == std::string::npos); // which is surely not more exact
 }
-
-// The rays of a ridge's pixels end far behind it, below the valley. A pixel without a slope faces the camera, so that this hides
-// what its true surface hides itself.
-TEST_CASE("bench: the true ends of a terrain need no normals", "[bench][exhaustive]") {
-    constexpr int width = 960, height = 540, stride = 23;
-    const std::vector<bench::View> all = bench::views(width, height);
-    const bench::View& view = *std::ranges::find(all, "terrain", &bench::View::name);
-    const auto image = scene::render(view.scene, view.camera());
-    const double radius = 0.05 * oracle::median_width(oracle::DepthLayer(view.camera(), image.z));
-    bench::Case on(oracle::device(), view, image.exact, 1);
-    std::vector<float> normals;
-    for (const Eigen::Vector3d& n : image.normal)
-        for (int i = 0; i < 3; ++i)
-            normals.push_back(static_cast<float>(n[i]));
-    const Image given = Image::from_host(oracle::device(), Element::f32, normals.data(), {width, height, 3});
-    const auto points = oracle::ray_traced(view.scene, view.camera(), image, radius, oracle::sample_rays, stride);
-    const auto rms = [&](const std::optional<Thickness>& thickness, const Image& from) {
-        const SsaoOptions options{
-            .sampling = Sampling{.quality = Quality::accurate}, .thickness = thickness, .normals = from};
-        const std::vector<float> got = bench::floats_of(ssao(on.stored(), radius, options).visibility);
-        return oracle::error_of(points,
-                                [&](const oracle::Sample& p) {
-                                    return static_cast<double>(got[static_cast<std::size_t>(p.y * width + p.x)]);
-                                })
-            .rmse;
-    };
-    const double guessed = rms({}, {}), ends = rms(on.backs(), {}), both = rms(on.backs(), given);
-    std::printf("terrain against the scene itself: constant thickness %.4f, true ends %.4f, with true normals %.4f\n",
-                guessed, ends, both);
-    CHECK(ends < 0.0025);
-    CHECK(both < 0.0025);
-}

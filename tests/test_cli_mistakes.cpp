@@ -611,39 +611,6 @@ TEST_CASE("mistakes: a result that loses the profile or the data of a camera is 
     CHECK(fogged("a.jpg", {"--strict"}).code == 1);
 }
 
-TEST_CASE("mistakes: what follows from a mistake is not told as another one", "[exhaustive]") {
-    const Folder folder;
-    write_pictures(folder);
-    const std::string camera = folder / "camera.json";
-    int seen = 0;
-    for (const Mistake& mistake : mistakes()) {
-        if (mistake.code != 0 || mistake.said.empty() || mistake.command != Arguments{"linearize"})
-            continue;
-        if (mistake.depth.channels() == 2) // the channel may be right, and the radius wrong
-            continue;
-        const std::string input = saved(folder, mistake);
-        write(camera, "{" + mistake.camera + "}");
-        for (const Arguments& command : {Arguments{"ssao", "--radius", "0.02", "-o", folder / "out/a.exr"},
-                                         Arguments{"ssao", "--radius", "30", "-o", folder / "out/a.exr"},
-                                         joined(masks, {"--focus", "500", "--f-stop", "8", "-o", folder / "out/a.exr"}),
-                                         Arguments{"linearize", "--png-scale", "0.1", "-o", folder / "out/a.png"}}) {
-            const Outcome outcome = run(joined(command, {input, "--camera", camera}));
-            INFO(mistake.name << ", " << command[0] << ' ' << command[2] << "\n" << outcome.err);
-            CHECK(outcome.code == 0);
-            CHECK(contains(outcome.err, mistake.said[1]));
-            CHECK(std::count(outcome.err.begin(), outcome.err.end(), '\n') == 1);
-        }
-        ++seen;
-    }
-    CHECK(seen >= 15);
-    const std::string narrow = folder / "narrow.png";
-    cv::imwrite(narrow, codes(ramp(), 900));
-    const Outcome outcome = run({"dof-masks", narrow, "--relative", "high-is-near", "--blur-px", "24", "--focus-at",
-                                 "4,4", "-o", folder / "out/b.exr"});
-    CHECK(contains(outcome.err, "--relative-range"));
-    CHECK(std::count(outcome.err.begin(), outcome.err.end(), '\n') == 1);
-}
-
 TEST_CASE("mistakes: no real input warns", "[real]") {
     if (!real::there("opengl"))
         return;

@@ -102,37 +102,6 @@ std::size_t index(const Camera& camera, int x, int y) {
     return static_cast<std::size_t>(y) * static_cast<std::size_t>(camera.width) + static_cast<std::size_t>(x);
 }
 
-/// The definition in space: a point is solid if its pixel's ray has met a surface, at most `thickness` before.
-double by_columns(const scene::Caster& caster, const scene::Surface& surface, double radius, double thickness) {
-    const Camera& camera = caster.camera();
-    const Eigen::Matrix4d to_world = scene::to_world(camera);
-    const Vector3d across = surface.normal.unitOrthogonal(), along = surface.normal.cross(across);
-    const auto solid = [&](const Vector3d& place) {
-        const Vector2d pixel = oracle::pixel_of(camera, (to_world * place.homogeneous()).head<3>());
-        if ((pixel.array() < 0).any() || pixel.x() > camera.width || pixel.y() > camera.height)
-            return false;
-        const auto seen = caster.at(pixel.x(), pixel.y());
-        const double behind =
-            seen ? (place - seen->position).dot(caster.ray(pixel.x(), pixel.y()).direction.normalized()) : -1;
-        return behind > 0 && behind <= thickness;
-    };
-    constexpr int side = 32, steps = 200;
-    std::mt19937 random(7);
-    std::uniform_real_distribution<double> uniform;
-    int open = 0;
-    for (int i = 0; i < side * side; ++i) {
-        const double share = (i / side + uniform(random)) / side;
-        const double azimuth = 2 * pi * (i % side + uniform(random)) / side;
-        const Vector3d ray = std::sqrt(share) * (std::cos(azimuth) * across + std::sin(azimuth) * along) +
-                             std::sqrt(1 - share) * surface.normal;
-        bool blocked = false;
-        for (int k = 0; k < steps && !blocked; ++k)
-            blocked = solid(surface.position + (k + 0.5) / steps * radius * ray);
-        open += blocked ? 0 : 1;
-    }
-    return static_cast<double>(open) / (side * side);
-}
-
 } // namespace
 
 TEST_CASE("occlusion oracle: rays agree with every closed form", "[ssao][oracle]") {
@@ -276,69 +245,6 @@ TEST_CASE("occlusion oracle: a column that is as thick as the thing it stands fo
     of_image.print("floating box, image");
     CHECK(of_scene.error() < screen_error);
     CHECK(of_image.error() < image_error);
-}
-
-TEST_CASE("occlusion oracle: columns block what their definition in space says", "[ssao][oracle][slow]") {
-    struct Place {
-        scene::Scene scene;
-        int x, y;
-    };
-    Worst worst;
-    double mean = 0;
-    int count = 0;
-    for (const auto& [scene, x, y] : {Place{scene::room(), 60, 130},
-                                      {scene::room(), 250, 90},
-                                      {scene::spheres(), 170, 120},
-                                      {scene::railings(), 140, 100}}) {
-        // From the camera centre of the named scenes, as far as the axes allow.
-        for (auto [name, camera] : views({.target = {0, 0, -6}, .extent = 5})) {
-            const scene::Caster caster(scene, camera);
-            const auto surface = caster.at(x + 0.5, y + 0.5);
-            if (!surface)
-                continue;
-            const double thickness = count % 3 == 0 ? infinite : 0.1 * (1 + count % 3);
-            const double radius = 0.4 + 0.2 * (count % 2);
-            const double got = screen_visibility(caster, x, y, {.radius = radius, .thickness = thickness});
-            const double truth = by_columns(caster, *surface, radius, thickness);
-            worst.add(got - truth, text(name, x, y) + text(" radius and thickness", radius, thickness));
-            mean += got - truth;
-            ++count;
-        }
-    }
-    CHECK(count >= 15);
-    worst.print("columns in slices and in space");
-    std::printf("%-44s mean  %9.1e\n", "", mean / count);
-    INFO(worst.where());
-    CHECK(worst.error() < sampling_error);
-    CHECK(std::abs(mean / count) < 0.2 * sampling_error);
-}
-
-TEST_CASE("occlusion oracle: an image says what its scene says, but for edges", "[ssao][oracle][slow]") {
-    for (const auto& [camera_name, camera] : views({.target = {0, 0, -6}, .extent = 5})) {
-        const scene::Caster caster(scene::room(), camera);
-        const auto image = scene::render(scene::room(), camera);
-        const DepthLayer layer(camera, image.z);
-        const ScreenOptions options{.radius = 0.5, .slices = 64, .step_px = 1};
-        std::vector<double> differences;
-        double mean = 0;
-        for (int y = 7; y < camera.height; y += 37)
-            for (int x = 5; x < camera.width; x += 41) {
-                const auto surface = caster.at(x + 0.5, y + 0.5);
-                REQUIRE(surface);
-                const double difference =
-                    screen_visibility(layer, x, y, surface->normal, options) - screen_visibility(caster, x, y, options);
-                mean += difference;
-                differences.push_back(std::abs(difference));
-            }
-        std::ranges::sort(differences);
-        const auto at = [&](double share) {
-            return differences[static_cast<std::size_t>(share * static_cast<double>(differences.size() - 1))];
-        };
-        std::printf("room, %-18s image and scene differ: mean %.1e, median %.1e, 90 %% %.1e, worst %.1e\n",
-                    camera_name.c_str(), mean / static_cast<double>(differences.size()), at(0.5), at(0.9), at(1));
-        CHECK(at(0.5) < 0.1 * image_error);
-        CHECK(at(0.9) < 2 * image_error);
-    }
 }
 
 TEST_CASE("occlusion oracle: invalid pixels block nothing", "[ssao][oracle]") {
