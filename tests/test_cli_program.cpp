@@ -1,7 +1,6 @@
 // The program as a person uses it: what it writes, what it says, its exit codes, and that no input makes it worse than
 // one line on stderr.
 #include "program.hpp"
-#include "real_inputs.hpp"
 
 #include <fathom/linearize.hpp>
 
@@ -12,7 +11,6 @@
 #include <sys/stat.h>
 
 using namespace fathom::test;
-namespace real = fathom::real;
 
 namespace {
 
@@ -21,15 +19,6 @@ void check_input_refused(const Folder& folder, const std::string& input) {
     check_refused({"linearize", input, "--camera", camera, "-o", folder / "out/z.exr"}, 1, input);
     check_refused({"inspect", input}, 1, input);
     CHECK(folder.results().empty());
-}
-
-float largest_finite(const cv::Mat& image) {
-    float largest = -INFINITY;
-    for (int y = 0; y < image.rows; ++y)
-        for (int x = 0; x < image.cols; ++x)
-            if (std::isfinite(image.at<float>(y, x)))
-                largest = std::max(largest, image.at<float>(y, x));
-    return largest;
 }
 
 } // namespace

@@ -1,27 +1,10 @@
-// What dof decides before it starts: layers, apertures as spans, and which tiles each layer reaches. No device.
+// What dof decides before it starts: which tiles each layer reaches, and what it looks up about half-planes. No device.
 
 #include "catch.hpp"
 
 #include "operations/dof/dof_layers.hpp"
 
 using namespace fathom;
-
-TEST_CASE("dof plan: layers are even within an octave, and the middle one is what is in focus") {
-    for (const double per_octave : {3.0, 8.0}) {
-        const LayerScale scale = layer_scale({per_octave, 0, 0}, 512);
-        const auto octave = static_cast<int>(per_octave);
-        CHECK(scale.count() <= most_layers);
-        CHECK(scale.circle(scale.middle) == 1);
-        CHECK(scale.circle(scale.middle + octave) == 2);
-        CHECK(scale.circle(scale.middle - 3 * octave) == -8);
-        CHECK(scale.circle(scale.count() - 1) >= 512);
-        for (int i = scale.middle; i + 1 < scale.count(); ++i) {
-            CHECK(scale.circle(i + 1) > scale.circle(i));
-            CHECK(scale.circle(i + 1) <= scale.circle(i) * (1 + 1.0 / per_octave) * (1 + 1e-12));
-            CHECK(scale.circle(2 * scale.middle - i - 1) == -scale.circle(i + 1));
-        }
-    }
-}
 
 // A tile of a pass's list: its place, which of the pass's layers reach it, and which of these follow one that does, a bit each.
 struct Entry {
@@ -106,31 +89,6 @@ TEST_CASE("dof plan: what lies behind is summed within reach of where something 
     }
 }
 
-TEST_CASE("dof plan: a layer knows where the one just before it was") {
-    const LayerScale scale = layer_scale({8, 0, 0}, 512);
-    std::vector<TileBits> tiles(7 * 9);
-    const int first = scale.middle + 20;
-    for (const int layer : {first, first + 1, first + 3})
-        put(tiles, 0, layer);
-    const LayerPlan plan = layer_plan(tiles, 7, {.aperture = {}, .scale = scale});
-    REQUIRE(plan.passes.size() == 3);
-    const auto follow = [&](std::size_t pass) { return entries(plan, plan.passes[pass]).front().follow; };
-    CHECK(follow(0) == 0);
-    CHECK(follow(1) == 1);
-    CHECK(follow(2) == 0);
-
-    // The same for layers that are read directly, which share a launch, and for the first one with strips.
-    std::vector<TileBits> small(7 * 9);
-    for (const int away : {1, 2, 4, 18, 19})
-        put(small, 0, scale.middle + away);
-    const LayerPlan direct = layer_plan(small, 7, {.aperture = {}, .scale = scale});
-    REQUIRE(direct.passes.size() == 2);
-    const Entry group = entries(direct, direct.passes[0]).front();
-    CHECK(group.reach == (1u | 1u << 1 | 1u << 3 | 1u << 17));
-    CHECK(group.follow == 1u << 1);
-    CHECK(entries(direct, direct.passes[1]).front().follow == 1);
-}
-
 TEST_CASE("dof plan: layers over cells share launches") {
     const LayerScale scale = layer_scale({8, 0, 0}, 512);
     std::vector<TileBits> tiles(7 * 21);
@@ -146,73 +104,6 @@ TEST_CASE("dof plan: layers over cells share launches") {
         CHECK(entry.follow == 1u << 1);
     }
     CHECK(plan.cell_elements == 4 * plan.passes.front().cells.one);
-}
-
-TEST_CASE("dof plan: a tile's layers come front to back, each once, within the memory that there is") {
-    std::minstd_rand random(7);
-    for (const auto& [across, down] : {std::pair{5, 40}, {30, 135}, {120, 90}})
-        for (const Quality quality : {Quality::fast, Quality::balanced}) {
-            const LayerScale scale = layer_scale(layer_spacing(quality, {}), 512);
-            std::vector<TileBits> tiles(static_cast<std::size_t>(across * down));
-            for (int patch = 0; patch < 60; ++patch) {
-                const auto below = [&](int end) { return static_cast<int>(random() % static_cast<unsigned>(end)); };
-                const int left = below(across), top = below(down), layer = below(scale.count());
-                for (int y = top; y < std::min(top + 12, down); ++y)
-                    for (int x = left; x < std::min(left + 3, across); ++x)
-                        put(tiles, static_cast<std::size_t>(y * across + x), layer);
-                put(tiles, static_cast<std::size_t>(top * across + left), jump_bit + patch % 2);
-            }
-            const LayerPlan plan = layer_plan(tiles, across, {.aperture = {}, .scale = scale, .quality = quality});
-            std::map<std::pair<int, int>, int> last;
-            std::set<std::tuple<int, int, int>> reached;
-            bool in_order = true;
-            for (const LayerPass& pass : plan.passes) {
-                const auto layer = static_cast<int>(pass.cell > 1 ? pass.cells.layer : pass.gather.layer);
-                for (const Entry& entry : entries(plan, pass)) {
-                    int& before = last.try_emplace({entry.x, entry.y}, -1).first->second;
-                    for (int i = 0; i < 32; ++i) {
-                        if (!(entry.reach >> i & 1u))
-                            continue;
-                        in_order = in_order && layer + i > before;
-                        before = layer + i;
-                        reached.insert({entry.x, entry.y, layer + i});
-                    }
-                }
-            }
-            INFO(across << " x " << down << " tiles, quality " << static_cast<int>(quality));
-            CHECK(in_order);
-            for (int y = 0; y < down; ++y)
-                for (int x = 0; x < across; ++x)
-                    for (int layer = 0; layer < scale.count(); ++layer)
-                        if (has_bit(tiles[static_cast<std::size_t>(y * across + x)], layer))
-                            REQUIRE(reached.contains({x, y, layer}));
-            CHECK(plan.strip_elements <= layer_floats);
-            CHECK(plan.cell_elements <= layer_floats);
-        }
-}
-
-TEST_CASE("dof plan: a tile sees what is hidden if its aperture reaches the half of a tile that hides it") {
-    constexpr int across = 14, down = 21; // halves of tiles
-    const LayerScale scale = layer_scale(layer_spacing(Quality::accurate, {}), 512);
-    for (const auto& [layer, rows] : {std::pair{scale.middle, 0},
-                                      {scale.middle + 8, 1},
-                                      {scale.middle - 8 * 5, 2},    // 16 pixels on every side
-                                      {scale.middle + 8 * 6, 4},    // 32
-                                      {scale.middle + 8 * 7, 8}}) { // 64
-        for (const int half : {6, 7}) {
-            std::vector<TileBits> hiding(across * down);
-            put(hiding, 10 * across + static_cast<std::size_t>(half), layer);
-            const auto seeing = tiles_seeing(hiding, across, {.aperture = {}, .scale = scale});
-            const int halves = (4 * rows + 15) / 16; // that a radius of 8 x rows reaches
-            for (int y = 0; y < down; ++y)
-                for (int x = 0; x < across / 2; ++x) {
-                    const bool near = std::min(std::abs(2 * x - half), std::abs(2 * x + 1 - half)) <= halves;
-                    INFO("layer " << layer - scale.middle << ", half " << half << ", tile " << x << ", " << y);
-                    CHECK((seeing[static_cast<std::size_t>(y * across / 2 + x)] != 0) ==
-                          (near && std::abs(y - 10) <= rows));
-                }
-        }
-    }
 }
 
 TEST_CASE("dof plan: half-planes have the share and the moment that they are found by") {

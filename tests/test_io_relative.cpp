@@ -95,34 +95,6 @@ TEST_CASE("relative files: what has no order of distances is refused", "[relativ
     check_says([&] { read_relative(put(folder / "a.txt", "text")); }, {"is no image"});
 }
 
-TEST_CASE("relative files: depth is upsampled along the picture's edges", "[relative]") {
-    const cv::Mat small = scene(48, 32), truth = scene(192, 128);
-    cv::Mat color;
-    photo(192, 128).convertTo(color, CV_32FC3, 1 / 255.0);
-    const cv::Mat large = upsample_along_edges(small, color);
-    REQUIRE(large.size() == color.size());
-    int off = 0;
-    for (int y = 0; y < large.rows; ++y)
-        for (int x = 0; x < large.cols; ++x)
-            off += std::abs(large.at<float>(y, x) - truth.at<float>(y, x)) > 0.05f;
-    std::cout << "relative: " << off << " of " << large.total()
-              << " pixels off by more than 0.05 after upsampling 4 x\n";
-    CHECK(off < 200); // along the box's 400 pixels of edge, four pixels of one of the depth's each
-
-    cv::Mat slope(16, 24, CV_32FC1); // a plane stays one, but for the image's border
-    for (int y = 0; y < 16; ++y)
-        for (int x = 0; x < 24; ++x)
-            slope.at<float>(y, x) = 0.02f * static_cast<float>(x) + 0.03f * static_cast<float>(y);
-    const cv::Mat plain(64, 96, CV_32FC3, cv::Scalar::all(0.4)), fine = upsample_along_edges(slope, plain);
-    for (int y = 8; y < 56; ++y)
-        for (int x = 8; x < 88; ++x)
-            CHECK(std::abs(fine.at<float>(y, x) - (0.02f * ((static_cast<float>(x) + 0.5f) / 4 - 0.5f) +
-                                                   0.03f * ((static_cast<float>(y) + 0.5f) / 4 - 0.5f))) < 1e-5f);
-    slope.at<float>(3, 3) = NAN;
-    CHECK(std::isfinite(upsample_along_edges(slope, plain).at<float>(14, 14)));
-    CHECK(std::isnan(upsample_along_edges(cv::Mat(4, 4, CV_32FC1, cv::Scalar(NAN)), plain).at<float>(3, 3)));
-}
-
 TEST_CASE("relative program: a photograph and a network's depth need no camera", "[relative]") {
     const Folder folder;
     const std::string picture = saved(folder / "photo.png", photo()),

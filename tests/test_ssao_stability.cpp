@@ -1,5 +1,5 @@
 // ssao where it is easily unstable: images of a few pixels, sky, invalid pixels, radii of no or many pixels, few bits
-// of depth, thin railings, things that leave the image.
+// of depth, things that leave the image.
 
 #include "catch.hpp"
 #include "images.hpp"
@@ -50,56 +50,9 @@ std::string text(const Camera& camera, const SsaoCall& options) {
            std::to_string(options.thickness ? std::get<double>(*options.thickness) : -1);
 }
 
-using Eigen::Vector3d;
-
 std::size_t index(const Camera& camera, int x, int y) {
     return static_cast<std::size_t>(y) * static_cast<std::size_t>(camera.width) + static_cast<std::size_t>(x);
 }
-
-const double railing_pixel = 2 * 3 * std::tan(0.4) / 180; // width of a pixel, 3 away
-constexpr double railing_reach = 0.8;
-
-/// Upright bars of so many pixels, 0.4 before a wall, as deep as they are wide.
-scene::Scene railing(int pixels) {
-    scene::Scene scene{scene::Plane{{0, 0, -3.4}, {0, 0, 1}}};
-    const double half = 0.5 * pixels * railing_pixel;
-    for (int bar = -14; bar <= 14; ++bar)
-        scene.push_back(scene::Box{{12.3 * railing_pixel * bar, 0, -3}, {half, 3, half}});
-    return scene;
-}
-
-/// Of 4608 rays, which bars hide from: to 0.005.
-double by_rays(const scene::Scene& scene, const Vector3d& position, const Vector3d& normal) {
-    constexpr int side = 48;
-    const Vector3d across = normal.unitOrthogonal(), along = normal.cross(across);
-    std::mt19937 random(3);
-    std::uniform_real_distribution<double> uniform;
-    int open = 0;
-    for (int i = 0; i < 2 * side * side; ++i) {
-        const double share = (i / (2 * side) + uniform(random)) / side;
-        const double azimuth = std::numbers::pi * (i % (2 * side) + uniform(random)) / side;
-        const Vector3d ray =
-            std::sqrt(share) * (std::cos(azimuth) * across + std::sin(azimuth) * along) + std::sqrt(1 - share) * normal;
-        open += scene::blocked(scene, position, ray, railing_reach) ? 0 : 1;
-    }
-    return static_cast<double>(open) / (2 * side * side);
-}
-
-/// Root of the mean square difference from brute force with the same thickness: the bars' own, a quarter of the radius,
-/// infinite; then of the bars' own thickness from rays, and from brute force with true normals. Measured and 5% more,
-/// where 0.03 is aimed at: a bar of one or two pixels has no slope of its own in the image, and some samples miss it.
-struct Railing {
-    int pixels;
-    double own, quarter, infinite, own_by_rays, own_with_normals;
-};
-constexpr Railing railings[] = {
-    {1, 0.0139, 0.1362, 0.0413, 0.0279, 0.03},
-    {2, 0.0434, 0.0685, 0.0683, 0.0465, 0.0322},
-    {3, 0.032, 0.0544, 0.0549, 0.0398, 0.03},
-};
-
-// What any guess costs that takes bars for solid: no kernel can see behind them.
-constexpr double infinite_by_rays_at_least = 0.25;
 
 // Samples outside the image count alike, whatever they would have met: measured 0.055 without, and 0.080 with the darker mean of both
 // walls of a crease. A part that ends there has not seen what makes the other wall darker, and confidence is of one wall's mean.

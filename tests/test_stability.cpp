@@ -237,21 +237,6 @@ TEST_CASE("stability: an infinite far plane at its own stored value", "[stabilit
         }
 }
 
-TEST_CASE("stability: a fourth row with x and y, through the pixels where w goes through zero", "[stability]") {
-    for (const double tilt : {0.06, 0.5, 1.2, 3.0}) {
-        const Subject subject = oracle::named(
-            oracle::from_matrix(oracle::tilted(oracle::perspective_matrix(0.8, 0.6, 0.1, 100), tilt, -tilt / 2)),
-            "tilted", 64, 48);
-        for (const Arithmetic arithmetic : oracle::arithmetics()) {
-            INFO("tilt " << tilt << ' ' << oracle::name(arithmetic));
-            const Judged verdict = judged(subject, over_the_range(), arithmetic, {0, 0, 64, 48});
-            CHECK(verdict.faults == "");
-            CHECK(verdict.surfaces > 0);
-            CHECK((tilt < 1 || verdict.nothing > 0)); // what lies behind the plane w = 0 is invalid
-        }
-    }
-}
-
 TEST_CASE("stability: nearly singular matrices on both sides of the refusal", "[stability]") {
     // x and y that differ by epsilon only: no scaling of rows and columns helps, the condition is about 4/epsilon.
     const auto matrix = [](double epsilon) {
