@@ -67,14 +67,12 @@ TEST_CASE("dof program: writes what the library computes") {
     }
 }
 
-TEST_CASE("dof program: every option reaches the library") {
+TEST_CASE("dof program: the shape of the aperture and a grown foreground reach the library") {
     const Scene scene;
     struct {
         Arguments arguments;
         std::function<void(DofOptions&)> change;
     } const cases[] = {
-        {{"--quality", "fast"}, [](DofOptions& o) { o.quality = Quality::fast; }},
-        {{"--quality", "accurate"}, [](DofOptions& o) { o.quality = Quality::accurate; }},
         {{"--aperture", "5"}, [](DofOptions& o) { o.aperture.blades = 5; }},
         {{"--aperture", "5", "--rotation-degrees", "30", "--sky", "exclude"},
          [](DofOptions& o) {
@@ -85,7 +83,6 @@ TEST_CASE("dof program: every option reaches the library") {
          [](DofOptions& o) {
              o.aperture = {0, -20, 0.4};
          }},
-        {{"--max-coc-px", "3"}, [](DofOptions& o) { o.max_coc_px = 3; }},
     };
     const cv::Mat plain = scene.expected();
     for (const auto& one : cases) {

@@ -1293,19 +1293,3 @@ TEST_CASE("dof: the sky is blurred, kept sharp or left out", "[dof]") {
         }
     }
 }
-
-TEST_CASE("dof: focus near, at infinity and behind everything", "[dof]") {
-    const Camera camera = camera_of(80, 60);
-    Picture picture(
-        80, 60, [](int, int) { return 0.0; }, [](int, int) { return 0.25; });
-    for (std::size_t i = 0; i < picture.depth.size(); ++i)
-        picture.depth[i] = 0.5f + static_cast<float>(i % 80) / 20;
-    for (const double focus : {0.2, 0.5, 2.0, 30.0, std::numeric_limits<double>::infinity()}) {
-        const CircleOfConfusion circle =
-            circle_of_confusion({.f_stop = 2, .focus = focus, .focal_length_mm = 50, .sensor_mm = 36}, camera);
-        const auto got = blurred(picture, circle);
-        INFO("focus " << focus);
-        for (std::size_t i = 0; i < got.size(); ++i)
-            REQUIRE(std::abs(got[i] - picture.color[i]) <= 1e-5f);
-    }
-}
