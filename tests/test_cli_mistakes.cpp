@@ -699,18 +699,6 @@ TEST_CASE("mistakes: no camera of the examples warns on its scene") {
     CHECK(count >= 4);
 }
 
-TEST_CASE("mistakes: an EXR with two views warns of two depths, unless its channel is named", "[real]") {
-    if (!real::there("openexr"))
-        return;
-    const Folder folder;
-    const std::string input = (real::data / "openexr/beachball-singlepart.exr").string();
-    const Arguments ask{"linearize", input, "--preset", "blender:fov_x_deg=40,missing=0", "-o", folder / "out/z.exr"};
-    const Outcome unnamed = run(ask);
-    CHECK(unnamed.code == 0);
-    CHECK(contains(unnamed.err, "channel \"Z\" is taken, but left.Z could be depth, too"));
-    check_done(joined(ask, {"--channel", "left.Z"}));
-}
-
 TEST_CASE("mistakes: several channels that could be depth are told, unless one of them is it by convention") {
     struct Case {
         std::vector<std::string> channels;

@@ -49,18 +49,6 @@ TEST_CASE("program: linearize writes what the library computes, in every format"
     CHECK(std::isinf(z.at<float>(height - 1, width - 1)));
 }
 
-TEST_CASE("program: --background says what becomes of pixels with nothing in them") {
-    const Folder folder;
-    const std::string camera = camera_file(folder), input = depth_file(folder, "depth.png");
-    const auto corner = [&](const std::string& background) {
-        check_done({"linearize", input, "--camera", camera, "-o", folder / "out/z.tif", "--background", background});
-        return fathom::read_depth(folder / "out/z.tif").values.at<float>(height - 1, width - 1);
-    };
-    CHECK(corner("inf") == INFINITY);
-    CHECK(std::isnan(corner("nan")));
-    CHECK(corner("decode") == Approx(100));
-}
-
 TEST_CASE("program: unproject writes points, view and world") {
     const Folder folder;
     const std::string view = R"(, "view": [[1,0,0,-10],[0,1,0,-20],[0,0,1,-30],[0,0,0,1]])";
