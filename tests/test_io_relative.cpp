@@ -133,25 +133,6 @@ TEST_CASE("relative program: a photograph and a network's depth need no camera",
     CHECK(channel(folder / "out/masks.exr", "coc").at<float>(32, 48) > 10); // low is near: the box is far behind
 }
 
-TEST_CASE("relative program: the nearest plateau of 8 bits has a depth, and a narrow range warns", "[relative]") {
-    const Folder folder;
-    cv::Mat bump(48, 96, CV_8UC1);
-    for (int y = 0; y < bump.rows; ++y)
-        for (int x = 0; x < bump.cols; ++x)
-            bump.at<uchar>(y, x) = static_cast<uchar>(std::clamp(262 - 3 * std::hypot(x - 48.0, y - 24.0), 0.0, 255.0));
-    const std::string depth = saved(folder / "bump.png", bump), picture = saved(folder / "photo.png", photo(96, 48));
-    const Arguments blur{"dof", depth, "--relative", "high-is-near", "--color", picture, "--blur-px", "24", "-o"};
-    check_done(joined(blur, {folder / "out/a.exr", "--focus-at", "48,24"}));
-    CHECK(cv::checkRange(read_color(folder / "out/a.exr")));
-    const std::string narrow = saved(folder / "narrow.png", as(scene(), CV_16U, 900));
-    const Outcome outcome =
-        run({"dof", narrow, "--relative", "high-is-near", "--color", saved(folder / "p.png", photo()), "--blur-px",
-             "24", "--focus-at", "4,4", "-o", folder / "out/b.exr"});
-    CHECK(outcome.code == 0);
-    CHECK(contains(outcome.err, "warning: "));
-    CHECK(contains(outcome.err, "--relative-range"));
-}
-
 TEST_CASE("relative program: what is wrong is told in one line", "[relative]") {
     const Folder folder;
     const std::string picture = saved(folder / "photo.png", photo()),
