@@ -641,8 +641,8 @@ std::vector<std::pair<std::string, Camera>> cameras(int width, int height) {
 /// Circles of confusion alone: what a lens has of the masks.
 Call circles_call() {
     return call("dof_masks, circles", {}, [](const Inputs& in, const auto&... result) {
-        DofMasks masks{.coc = Image(in.stored.image.device(), Element::f32,
-                                    {in.stored.image.width(), in.stored.image.height()})};
+        DofMasks masks{
+            .coc = Image(in.stored.image.device(), Element::f32, {in.stored.image.width(), in.stored.image.height()})};
         ((masks.coc = result), ...);
         dof_masks(in.stored, masks, lens);
         return masks.coc;
