@@ -89,12 +89,11 @@ Region within(const Region& part, const Region& around) {
 constexpr CircleOfConfusion near_lens{.k = 200, .g = 608}; // circles of -2.7 pixels and more, from 3 m on
 constexpr DofMasksOptions near_field{.near_alpha = true, .disocclusion = true};
 
-Camera metric_camera(int width, int height, double scale = 1) {
+Camera metric_camera(int width, int height) {
     return {.projection = perspective(1.0, 1.0 * width / height, {0.1, 1000}),
             .width = width,
             .height = height,
-            .encoding = Encoding::view_z,
-            .scale = scale};
+            .encoding = Encoding::view_z};
 }
 
 // The device, if it takes so many bytes at once: drivers take a quarter of the memory, or so.
@@ -145,51 +144,6 @@ TEST_CASE("rows of 65537 pixels, and single rows and columns, have the bits of t
             CHECK(same(masks.disocclusion, parts.disocclusion));
             CHECK(same(visible, ssao(small, occlusion).visibility));
         }
-    }
-}
-
-TEST_CASE("a whole picture of more than 2^31 elements has the bits of its parts", "[large][exhaustive]") {
-    constexpr int width = 65537, height = 11000;
-    constexpr std::size_t columns = width, pixels = columns * height, elements = 3 * pixels;
-    static_assert(elements > 0x80000000);
-    const auto device = device_for(elements);
-    if (!device)
-        return;
-    const Camera camera = metric_camera(width, height, 0.01);
-    const std::unique_ptr<std::uint8_t[]> depth(new std::uint8_t[pixels]), colors(new std::uint8_t[elements]),
-        results(new std::uint8_t[elements]);
-    std::uint32_t state = 7; // a row and a column tell nothing of their neighbours
-    const auto next = [&state] { return static_cast<std::uint8_t>((state = state * 1664525u + 1013904223u) >> 24); };
-    std::generate(depth.get(), depth.get() + pixels, next);
-    std::generate(colors.get(), colors.get() + elements, next);
-    const FogOptions fog_options{.density = 0.4};
-    const StoredDepth stored{Image::from_host(*device, Element::u8, depth.get(), {width, height}), camera,
-                             Storage::uint8};
-    const Image picture = Image::from_host(*device, Element::u8, colors.get(), {width, height, 3}),
-                result = Image::from_host(*device, Element::u8, results.get(), {width, height, 3});
-    fog(stored, picture, result, fog_options);
-    device->finish();
-    const auto rows_of = [&](const std::unique_ptr<std::uint8_t[]>& of, int channels, const Region& part) {
-        std::vector<std::uint8_t> rows;
-        for (int y = part.y; y < part.y + part.height; ++y) {
-            const auto* row = of.get() + (static_cast<std::size_t>(y) * columns + static_cast<std::size_t>(part.x)) *
-                                             static_cast<std::size_t>(channels);
-            rows.insert(rows.end(), row, row + part.width * channels);
-        }
-        return rows;
-    };
-    for (const Region& part : parts_of(width, height, 300, 100)) {
-        INFO("from " << part.x << ", " << part.y << " on");
-        const auto its_depth = rows_of(depth, 1, part), its_colors = rows_of(colors, 3, part);
-        const StoredDepth alone{Image::from_host(*device, Element::u8, its_depth.data(), {part.width, part.height}),
-                                camera, Storage::uint8, part.x, part.y};
-        const Image foggy =
-            fog(alone, Image::from_host(*device, Element::u8, its_colors.data(), {part.width, part.height, 3}),
-                fog_options);
-        std::vector<std::uint8_t> expected(its_colors.size());
-        foggy.download(expected.data());
-        CHECK(expected != its_colors);
-        CHECK(rows_of(results, 3, part) == expected);
     }
 }
 
