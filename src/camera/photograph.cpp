@@ -4,8 +4,7 @@
 // Uyttendaele 2007, eq. 2; the picture is not upsampled here, so each q has a mean colour.
 
 #include "description/photograph.hpp"
-#include "camera/edge_upsampling.hpp"
-#include "camera/relative_values.hpp"
+#include "camera/photograph.hpp"
 #include "description/check.hpp"
 #include "require.hpp"
 

@@ -1,7 +1,7 @@
 // Relative depth as it is read.
 #include "relative.hpp"
 
-#include "camera/relative_values.hpp"
+#include "camera/photograph.hpp"
 #include "io/ignored.hpp"
 #include "terminal/interrupt.hpp"
 #include "terminal/messages.hpp"
