@@ -1,6 +1,6 @@
 #pragma once
 
-#include "doubts/float_bits.hpp"
+#include "doubts/look.hpp"
 
 #include <opencv2/core/mat.hpp>
 
