@@ -3,7 +3,7 @@
 
 #include "camera/form.hpp"
 #include "camera_file/file.hpp"
-#include "camera_file/presets.hpp"
+#include "camera_file/json_object.hpp"
 #include "io/cameras/camera_formats.hpp"
 #include "io/formats.hpp"
 #include "sequence/frame_pattern.hpp"

@@ -4,8 +4,8 @@
 #include "interrupt.hpp"
 #include "streams.hpp"
 
-#include "camera_file/edit_distance.hpp"
 #include "camera_file/file.hpp"
+#include "camera_file/known_words.hpp"
 #include "description/range.hpp"
 #include "text.hpp"
 
