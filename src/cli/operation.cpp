@@ -1,4 +1,4 @@
-// Commands of operations as their descriptions have them: options, images and results.
+// Commands of operations as their descriptions have them: options, images and results; and the methods that --max-error chooses.
 #include "operation.hpp"
 
 #include "command.hpp"

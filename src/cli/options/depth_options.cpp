@@ -305,7 +305,7 @@ void add_depth_options(CLI::App& app, DepthOptions& options, const Product& prod
     add_device_options(app, options.device);
 }
 
-// --animate. An animated option is given anew for each frame, as if it stood on a command line of its own.
+// An animated option is given anew for each frame, as if it stood on a command line of its own.
 
 namespace {
 

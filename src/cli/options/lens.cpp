@@ -1,4 +1,4 @@
-// The lens of `fathom dof-masks` and `fathom dof`.
+// The lens of `fathom dof-masks` and `fathom dof`, and the blur of relative depth in its place.
 #include "lens.hpp"
 
 #include "depth_options.hpp"
@@ -101,8 +101,6 @@ CircleOfConfusion circle_for(const LensArguments& given, const StoredDepth& stor
         throw Error(fmt::format("the lens does not fit: {}", error.what()));
     }
 }
-
-// Relative depth for `fathom dof` and `fathom dof-masks`.
 
 void add_relative_options(CLI::App& app) {
     for (const description::Option& option : description::operation<description::DofCall>().lens)
