@@ -5,9 +5,8 @@
 #include "runtime/compiler.hpp"
 #include "runtime/pocl.hpp"
 #include "shot/run_log.hpp"
-#include "terminal/interrupt.hpp"
+#include "terminal/exit.hpp"
 #include "terminal/messages.hpp"
-#include "terminal/streams.hpp"
 
 #include <fathom/error.hpp>
 

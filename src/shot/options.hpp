@@ -4,7 +4,7 @@
 #include "device.hpp"
 #include "inputs.hpp"
 
-#include "terminal/progress.hpp"
+#include "terminal/messages.hpp"
 
 #include <fathom/io.hpp>
 #include <fathom/relative.hpp>

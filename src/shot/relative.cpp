@@ -3,7 +3,7 @@
 
 #include "camera/photograph.hpp"
 #include "io/ignored.hpp"
-#include "terminal/interrupt.hpp"
+#include "terminal/exit.hpp"
 #include "terminal/messages.hpp"
 
 #include <fathom/error.hpp>

@@ -3,7 +3,7 @@
 #include "steps.hpp"
 
 #include "shot/run_log.hpp"
-#include "terminal/progress.hpp"
+#include "terminal/messages.hpp"
 
 #include <fathom/device.hpp>
 
