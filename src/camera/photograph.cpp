@@ -3,9 +3,10 @@
 // with d the difference of colour between the pixel and the part of the picture that is q's. Kopf, Cohen, Lischinski and
 // Uyttendaele 2007, eq. 2; the picture is not upsampled here, so each q has a mean colour.
 
-#include "description/photograph.hpp"
 #include "camera/photograph.hpp"
+
 #include "description/check.hpp"
+#include "description/lens.hpp"
 #include "require.hpp"
 
 #include <algorithm>

@@ -3,7 +3,7 @@
 
 #include "camera/photograph.hpp"
 #include "description/check.hpp"
-#include "description/photograph.hpp"
+#include "description/lens.hpp"
 
 #include <opencv2/core.hpp>
 

@@ -5,7 +5,7 @@
 #include <fathom/linearize.hpp>
 
 #include "description/check.hpp"
-#include "description/photograph.hpp"
+#include "description/lens.hpp"
 #include "operations/moved_values.hpp"
 
 #include <algorithm>

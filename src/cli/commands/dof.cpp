@@ -1,6 +1,6 @@
 // fathom dof
 #include "description/dof.hpp"
-#include "description/photograph.hpp"
+#include "description/lens.hpp"
 
 #include "cli/command.hpp"
 #include "cli/operation.hpp"
