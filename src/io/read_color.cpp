@@ -1,5 +1,4 @@
 // Colours out of files: the picture of a renderer's layers, or an image.
-#include "color_encoding.hpp"
 #include "formats.hpp"
 
 #include "io/formats/metadata.hpp"

@@ -1,7 +1,5 @@
 // Pictures into files: light becomes what the format holds.
-#include "color_encoding.hpp"
 #include "formats.hpp"
-#include "raw.hpp"
 
 #include "io/formats/metadata.hpp"
 

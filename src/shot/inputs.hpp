@@ -1,6 +1,6 @@
 #pragma once
 
-#include "io/raw.hpp"
+#include "io/formats.hpp"
 #include "sequence/frame_pattern.hpp"
 
 #include <cstddef>

@@ -2,7 +2,7 @@
 #include "relative.hpp"
 
 #include "camera/photograph.hpp"
-#include "io/ignored.hpp"
+#include "io/formats.hpp"
 #include "terminal/exit.hpp"
 #include "terminal/messages.hpp"
 

@@ -3,8 +3,6 @@
 #include "cli/command.hpp"
 #include "cli/options/depth_options.hpp"
 #include "description/operations.hpp"
-#include "io/color_encoding.hpp"
-#include "io/exr/depth_channels.hpp"
 #include "io/formats.hpp"
 #include "io/replace_files.hpp"
 #include "sequence/frame_pattern.hpp"
