@@ -10,7 +10,7 @@
 #include "operations/cheapest.hpp"
 #include "operations/dof/dof_aperture.hpp"
 #include "operations/dof/dof_layers.hpp"
-#include "operations/dof_masks/circle.hpp"
+#include "operations/dof_masks/dof_masks.hpp"
 #include "operations/parameters.hpp"
 #include "require.hpp"
 #include "runtime/launched.hpp"
