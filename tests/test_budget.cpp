@@ -4,7 +4,7 @@
 #include "catch.hpp"
 #include "images.hpp"
 #include "operations/bands.hpp"
-#include "operations/ssao/ssao_reach.hpp"
+#include "operations/ssao/ssao_plan.hpp"
 #include "runtime/state.hpp"
 #include "test_device.hpp"
 
