@@ -13,7 +13,7 @@
 #include "operations/dof_masks/dof_masks.hpp"
 #include "operations/parameters.hpp"
 #include "require.hpp"
-#include "runtime/launched.hpp"
+#include "runtime/launch.hpp"
 #include "runtime/scratch.hpp"
 #include "runtime/table.hpp"
 

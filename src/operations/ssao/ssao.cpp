@@ -10,7 +10,7 @@
 #include "operations/ssao/ssao_method.hpp"
 #include "operations/ssao/ssao_plan.hpp"
 #include "require.hpp"
-#include "runtime/launched.hpp"
+#include "runtime/launch.hpp"
 
 #include <algorithm>
 #include <vector>

@@ -5,7 +5,7 @@
 
 #include "operations/inverse_depth.hpp"
 #include "operations/parameters.hpp"
-#include "runtime/kept.hpp"
+#include "runtime/table.hpp"
 
 #include <fathom/normals.hpp>
 

@@ -10,7 +10,7 @@
 #include "operations/lens_table.hpp"
 #include "operations/parameters.hpp"
 #include "operations/ssao/ssao_method.hpp"
-#include "runtime/kept.hpp"
+#include "runtime/table.hpp"
 
 #include <fathom/normals.hpp>
 #include <fathom/tiles.hpp>
