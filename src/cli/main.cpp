@@ -4,7 +4,7 @@
 
 #include "runtime/compiler.hpp"
 #include "runtime/pocl.hpp"
-#include "shot/run_log.hpp"
+#include "shot/telling.hpp"
 #include "terminal/exit.hpp"
 #include "terminal/messages.hpp"
 

@@ -149,5 +149,4 @@ decltype(auto) ask(const Device& device, const Action& action, const What&... wh
 }
 
 } // namespace runtime
-
 } // namespace fathom

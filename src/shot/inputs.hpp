@@ -1,7 +1,7 @@
 #pragma once
 
 #include "io/formats.hpp"
-#include "sequence/frame_pattern.hpp"
+#include "sequence/frames.hpp"
 
 #include <cstddef>
 #include <map>

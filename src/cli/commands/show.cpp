@@ -5,7 +5,7 @@
 #include "description/operations.hpp"
 #include "io/formats.hpp"
 #include "io/replace_files.hpp"
-#include "sequence/frame_pattern.hpp"
+#include "sequence/frames.hpp"
 #include "shot/inputs.hpp"
 #include "shot/plan.hpp"
 #include "terminal/messages.hpp"

@@ -2,8 +2,7 @@
 #include "depth_options.hpp"
 
 #include "cli/command.hpp"
-#include "sequence/frame_range.hpp"
-#include "sequence/frame_values.hpp"
+#include "sequence/frames.hpp"
 #include "terminal/messages.hpp"
 
 #include <fathom/error.hpp>

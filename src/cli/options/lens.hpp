@@ -2,7 +2,7 @@
 
 #include "doubts/lengths.hpp"
 #include "io/relative_input.hpp"
-#include "shot/camera.hpp"
+#include "shot/options.hpp"
 #include "shot/plan.hpp"
 
 #include <fathom/dof_masks.hpp>
