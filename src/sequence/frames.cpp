@@ -1,4 +1,5 @@
-// Names of frames. How a number is written follows fileseq 3.4 (github.com/justinfx/fileseq).
+// Frame ranges as fileseq 3.4 (github.com/justinfx/fileseq, class FrameSet) writes them, without its y and colons, and names of
+// frames, in which a number is written as there.
 #include "frames.hpp"
 
 #include "camera_file/file.hpp"
@@ -13,9 +14,6 @@
 #include <fnmatch.h>
 
 namespace fathom::sequence {
-
-// Frame ranges as fileseq 3.4 (github.com/justinfx/fileseq, class FrameSet) writes them, without its y and colons.
-
 namespace {
 
 constexpr std::string_view ignored = " \t\n\v\f\r#@";
