@@ -3,7 +3,7 @@
 
 #include "catch.hpp"
 #include "operations/bands.hpp"
-#include "operations/ssao/ssao_reach.hpp"
+#include "operations/ssao/ssao_plan.hpp"
 
 #include <fathom/fathom.hpp>
 

@@ -8,7 +8,7 @@
 #include "subjects.hpp"
 #include "test_device.hpp"
 
-#include "operations/dof_masks/circle.hpp"
+#include "operations/dof_masks/dof_masks.hpp"
 
 #include <fathom/fathom.hpp>
 

@@ -2,7 +2,7 @@
 #include "catch.hpp"
 #include "places.hpp"
 
-#include "sequence/frame_range.hpp"
+#include "sequence/frames.hpp"
 
 using namespace fathom::sequence;
 

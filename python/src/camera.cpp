@@ -7,9 +7,8 @@
 #include "camera_file/file.hpp"
 #include "camera_file/imported.hpp"
 #include "camera_file/json_object.hpp"
-#include "camera_file/key_names.hpp"
+#include "camera_file/known_words.hpp"
 #include "camera_file/lens_key.hpp"
-#include "camera_file/presets.hpp"
 
 #include <fathom/doubts.hpp>
 #include <fathom/error.hpp>

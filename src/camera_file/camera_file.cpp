@@ -4,7 +4,6 @@
 #include "file.hpp"
 #include "imported.hpp"
 #include "lens_key.hpp"
-#include "presets.hpp"
 
 #include <fathom/camera_file.hpp>
 #include <fathom/error.hpp>

@@ -1,6 +1,5 @@
 #pragma once
 
-#include "doubts/float_bits.hpp"
 #include "doubts/plane_fits.hpp"
 
 #include <fathom/findings.hpp>
@@ -21,6 +20,15 @@
 #include <vector>
 
 namespace fathom {
+
+/// What codes along lines of an image are: the bits of floats, or numbers. Over a smooth surface the bits of floats rise half as fast
+/// above a power of two as below it, and numbers rise alike.
+struct Bends {
+    std::size_t of_floats = 0, of_numbers = 0;
+
+    /// Looks at the powers of two that a line crosses, where floats have so many bits below the exponent.
+    void add(std::span<const std::uint32_t> line, int mantissa_bits);
+};
 
 /// What a depth image is once it is decoded. Depths are in scene units along the view axis.
 struct Look {

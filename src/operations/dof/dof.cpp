@@ -10,10 +10,10 @@
 #include "operations/cheapest.hpp"
 #include "operations/dof/dof_aperture.hpp"
 #include "operations/dof/dof_layers.hpp"
-#include "operations/dof_masks/circle.hpp"
+#include "operations/dof_masks/dof_masks.hpp"
 #include "operations/parameters.hpp"
 #include "require.hpp"
-#include "runtime/launched.hpp"
+#include "runtime/launch.hpp"
 #include "runtime/scratch.hpp"
 #include "runtime/table.hpp"
 
