@@ -98,6 +98,7 @@ struct ValueChanges {
 private:
     bool are_of_one_channel(bool is_buffer) const;
     void add_codes(const HostDepth& row);
+    void add_bytes(const HostDepth& row);
     void add_neighbours(std::uint32_t one, std::uint32_t other);
 
     std::vector<std::uint32_t> codes_before_ = {}; ///< of the row before

@@ -314,15 +314,8 @@ private:
         pass.gather.pitch = 1;
         pass.gather.pad = params::dof_margin;
         plan_.starts.insert(plan_.starts.end(), group.layers.begin(), group.layers.end());
-        for (int y = 0; y < near_.down; ++y) {
-            for (int x = 0; x < near_.across; ++x) {
-                const std::size_t i = near_.index(x, y);
-                if (group.reach[i] == 0)
-                    continue;
-                plan_.lists.insert(plan_.lists.end(), {entry(x, y, none_), group.reach[i], group.follow[i]});
-                ++pass.gather.tiles;
-            }
-        }
+        const auto bits = [&](std::size_t i) { return std::pair(group.reach[i], group.follow[i]); };
+        pass.gather.tiles = add_tiles(0, near_.down, bits);
         plan_.passes.push_back(pass);
     }
 
@@ -503,20 +496,14 @@ private:
             for (std::size_t i = 0; i < wanted[k].marked.size(); ++i)
                 pass.cells.sum_blocks += list(wanted[k], i, group.nth(group.layers[k]));
         pass.cells.tile_list = size();
-        for (int y = begin; y < end; ++y) {
-            for (int x = 0; x < near_.across; ++x) {
-                const std::size_t i = near_.index(x, y);
-                u32 reach = 0, follow = 0;
-                for (const CellLayer& layer : group.layers) {
-                    reach |= static_cast<u32>(layer.reached.marked[i]) << group.nth(layer);
-                    follow |= static_cast<u32>(layer.before.marked[i]) << group.nth(layer);
-                }
-                if (reach == 0)
-                    continue;
-                plan_.lists.insert(plan_.lists.end(), {entry(x, y, none_), reach, follow});
-                ++pass.cells.tiles;
+        pass.cells.tiles = add_tiles(begin, end, [&](std::size_t i) {
+            u32 reach = 0, follow = 0;
+            for (const CellLayer& layer : group.layers) {
+                reach |= static_cast<u32>(layer.reached.marked[i]) << group.nth(layer);
+                follow |= static_cast<u32>(layer.before.marked[i]) << group.nth(layer);
             }
-        }
+            return std::pair(reach, follow);
+        });
         if (pass.cells.tiles == 0)
             return;
         const std::size_t last = group.nth(group.layers.back()) + std::size_t{1};
@@ -559,6 +546,19 @@ private:
                 if (wanted(x, y))
                     plan_.lists.push_back(entry(x, y, before));
         return static_cast<u32>(plan_.lists.size() - size);
+    }
+
+    // The tiles in these rows that a layer of a group reaches. `bits` gives a bit for each that does, and for each that follows one.
+    template <class Bits>
+    u32 add_tiles(int begin, int end, const Bits& bits) {
+        u32 count = 0;
+        for (int y = begin; y < end; ++y)
+            for (int x = 0; x < near_.across; ++x)
+                if (const auto [reach, follow] = bits(near_.index(x, y)); reach != 0) {
+                    plan_.lists.insert(plan_.lists.end(), {entry(x, y, none_), reach, follow});
+                    ++count;
+                }
+        return count;
     }
 
     const LayerPlanOptions& options_;
