@@ -220,6 +220,9 @@ std::optional<std::string> eight_bits_doubt(const Subject& subject);
 /// Those where another source than the camera's probably wrote it.
 std::vector<std::string> other_source_doubts(const Subject& subject);
 
+/// Where the camera's lens folds within the image, and where its map of rays is a mirror image or upside down.
+std::vector<std::string> lens_mistakes(const Camera& camera);
+
 /// The one where a filter has mixed depth with what is none.
 std::optional<std::string> filtered_doubt(const Subject& subject);
 

@@ -1,8 +1,9 @@
-// Doubts about what wrote an image: bits that another source turns or packs, and pictures of all directions.
+// Doubts about what wrote an image: bits that another source turns or packs, and pictures of all directions. Also about lenses.
 #include "camera/form.hpp"
 #include "doubts/look.hpp"
 
 #include "doubts/stored_values.hpp"
+#include "lens/camera_lens.hpp"
 #include "text.hpp"
 
 #include <algorithm>
@@ -167,6 +168,51 @@ Doubt panorama_doubt(const Subject& subject) {
            "\"equirectangular\" does; or cut it into views";
 }
 
+constexpr double many_beyond_fold = 0.01; // of the pixels
+
+// Rays of a map whose axes are others than right, down and ahead: a mirror image, or turned upside down.
+Doubt map_doubt(const Camera& camera) {
+    if (!camera.lens || !camera.lens->map)
+        return std::nullopt;
+    const RayMap& map = *camera.lens->map;
+    const auto ray = [&](int x, int y) -> Eigen::Vector3f {
+        const auto at = static_cast<std::size_t>(y) * static_cast<std::size_t>(map.width) + static_cast<std::size_t>(x);
+        return Eigen::Map<const Eigen::Vector3f>(&map.rays[3 * at]);
+    };
+    const int step = std::max(1, std::max(map.width, map.height) / 64);
+    std::size_t all = 0, mirrored = 0, upwards = 0;
+    for (int y = 0; y + 1 < map.height; y += step)
+        for (int x = 0; x + 1 < map.width; x += step) {
+            const Eigen::Vector3f here = ray(x, y), by_x = ray(x + 1, y) - here, by_y = ray(x, y + 1) - here;
+            const float turn = here.dot(by_x.cross(by_y));
+            if (!(turn != 0)) // NaN, too
+                continue;
+            ++all;
+            mirrored += turn < 0;
+            upwards += by_y.y() < 0;
+        }
+    if (2 * mirrored > all)
+        return text(
+            "the map of rays is a mirror image: its axes are x right, y down and z ahead, rows from the top down; turn "
+            "the sign of y if it points up");
+    if (2 * upwards > all)
+        return text("the map of rays is upside down: its axes are x right, y down and z ahead, rows from the top down; "
+                    "turn the signs of y and z of a map in OpenGL's axes");
+    return std::nullopt;
+}
+
+// Where a lens folds within the image, beyond which nothing is seen. A fisheye whose circle ends in the image is another matter.
+Doubt fold_doubt(const Camera& camera) {
+    if (!camera.lens)
+        return std::nullopt;
+    const lens::CameraLens lens(camera);
+    const double part = lens.part_beyond_fold(camera.width, camera.height);
+    if (!(part > many_beyond_fold))
+        return std::nullopt;
+    return text(number(100 * part, 3), " % of the pixels have no ray, because the lens ", lens.fold_words(),
+                "; calibrate with points in the image's corners, or give the part that they surround");
+}
+
 } // namespace
 
 // 256 steps that are too small for a scene.
@@ -220,6 +266,14 @@ std::vector<std::string> other_source_doubts(const Subject& subject) {
         add(low_bits_doubt(subject));
     add(byte_order_doubt(subject));
     add(panorama_doubt(subject));
+    return said;
+}
+
+std::vector<std::string> lens_mistakes(const Camera& camera) {
+    std::vector<std::string> said;
+    for (const Doubt& doubt : {fold_doubt(camera), map_doubt(camera)})
+        if (doubt)
+            said.push_back(*doubt);
     return said;
 }
 

@@ -10,6 +10,7 @@
 #include "operations/cheapest.hpp"
 #include "operations/dof/dof_aperture.hpp"
 #include "operations/dof/dof_layers.hpp"
+#include "operations/dof/tile_grid.hpp"
 #include "operations/dof_masks/dof_masks.hpp"
 #include "operations/parameters.hpp"
 #include "require.hpp"
@@ -213,33 +214,6 @@ std::vector<TileBits> tile_bits(const Blur& blur) {
 // Of what hides something and of what that hides, for tiles of dof_hiding_columns.
 std::vector<TileBits> hiding_bits(const Blur& blur) {
     return tile_bits(blur, blur.hiding, blur.hiding_across(), true);
-}
-
-// Adds the second surfaces to the tiles of the first ones. Where something is hidden, something ends.
-void add_hidden(std::vector<TileBits>& tiles, const std::vector<TileBits>& hiding) {
-    for (std::size_t i = 0; i < hiding.size(); ++i) {
-        TileBits& tile = tiles[i / 2];
-        bool any = false;
-        for (std::size_t word = 0; word < tile.size(); ++word) {
-            tile[word] |= hiding[i][word];
-            any |= hiding[i][word] != 0;
-        }
-        if (any)
-            set_bit(tile, jump_bit + static_cast<int>(i % 2));
-    }
-}
-static_assert(params::dof_tile_columns == 2 * params::dof_hiding_columns);
-
-bool any_with(std::span<const TileBits> tiles, int bit) {
-    return std::ranges::any_of(tiles, [=](const TileBits& tile) { return has_bit(tile, bit); });
-}
-
-// The farthest layer that a pixel may lie in.
-int farthest_layer(std::span<const TileBits> tiles) {
-    int bit = most_layers - 1;
-    while (bit > 0 && !any_with(tiles, bit))
-        --bit;
-    return bit;
 }
 
 // Gives every pixel its second surface: what lies behind it.
