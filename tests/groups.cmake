@@ -11,8 +11,7 @@ set(slow_tags [slow] [stability])
 include(${CMAKE_CURRENT_LIST_DIR}/long_files.cmake)
 
 # Files whose exhaustive cases take minutes, or gigabytes of memory or disk: scripts/test --all alone runs those.
-set(all_only_files bands bench_cheapest cli_cost cli_exr_tools cli_memory cli_mistakes cli_resume contract exhaustive
-  large_images ssao_scene)
+set(all_only_files bench_cheapest cli_cost cli_memory contract exhaustive large_images ssao_scene)
 
 # Groups of slow cases that scripts/test leaves to --ci, or to --all: each takes more than half a minute where no kernel is
 # compiled yet.

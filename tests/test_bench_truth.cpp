@@ -148,22 +148,6 @@ TEST_CASE("bench: where solids end is where steps along the ray leave them", "[b
     }
 }
 
-TEST_CASE("bench: the true ends of solids bring accurate to the scene itself", "[bench]") {
-    const auto& device = oracle::device(Arithmetic::fp64);
-    bench::Baselines kernels(device, false);
-    const auto errors = bench::errors(device, bench::methods(kernels), {bench::views(480, 270)[2]}, "ssao accurate",
-                                      [](const bench::Figures&) {});
-    const auto of = [&](const char* name) { return std::ranges::find(errors, name, &bench::Figures::method); };
-    REQUIRE(of("accurate")->radius_px == of("accurate, back depth")->radius_px);
-    const double ends = of("accurate, back depth")->scene_error->rms,
-                 constant = of("accurate, a quarter thick")->scene_error->rms;
-    std::printf("railings, rays of 5 %%: %.4f, at a constant thickness %.4f, with the true ends %.4f\n",
-                of("accurate")->scene_error->rms, constant, ends);
-    CHECK(ends < of("accurate")->scene_error->rms);
-    CHECK(ends < constant / 2);
-    CHECK(!of("accurate, back depth")->error);
-}
-
 TEST_CASE("bench: the columns of its tables stay what they are", "[bench]") {
     const auto& device = oracle::device(Arithmetic::fp64);
     bench::Figures row{.operation = "ssao",
@@ -186,54 +170,4 @@ TEST_CASE("bench: the columns of its tables stay what they are", "[bench]") {
         "scene_p99,scene_worst,bytes,common\n"));
     CHECK(csv.ends_with("ssao,balanced,library,float32,room,640,360,32,wall,3,3,3,4,copy,1,3,visibility,-0.0333333,"
                         "0.288675,0.4,0.4,3,0,0.5,0.5,0.5,,0.212132\n"));
-}
-
-TEST_CASE("bench: a pair of methods says how sure it is which is more exact", "[bench]") {
-    const auto& device = oracle::device(Arithmetic::fp64);
-    bench::Figures fast{.operation = "ssao", .method = "fast", .storage = "float32", .scene = "room", .radius_px = 48};
-    bench::Figures half = fast, noisy = fast, worse = fast;
-    half.method = "1 x 9", noisy.method = "1 x 10", worse.method = "1 x 11";
-    for (int i = 0; i < 1000; ++i) {
-        const double square = 1 + i % 10;
-        fast.squares.push_back(square);
-        half.squares.push_back(square / 4); // at each point
-        noisy.squares.push_back(1 + (i + 5) % 10);
-        worse.squares.push_back(4 * square);
-    }
-    const std::string csv = bench::pairs_of(device, {fast, half, noisy, worse}).csv();
-    CHECK(csv.find("1 x 9,0.5,0.5,0.5\n") != std::string::npos);
-    CHECK(csv.find("1 x 10,1,0.9") != std::string::npos);
-    CHECK(csv.find("1 x 11") == std::string::npos); // which is surely not more exact
-}
-
-// The rays of a ridge's pixels end far behind it, below the valley. A pixel without a slope faces the camera, so that this hides
-// what its true surface hides itself.
-TEST_CASE("bench: the true ends of a terrain need no normals", "[bench][exhaustive]") {
-    constexpr int width = 960, height = 540, stride = 23;
-    const std::vector<bench::View> all = bench::views(width, height);
-    const bench::View& view = *std::ranges::find(all, "terrain", &bench::View::name);
-    const auto image = scene::render(view.scene, view.camera());
-    const double radius = 0.05 * oracle::median_width(oracle::DepthLayer(view.camera(), image.z));
-    bench::Case on(oracle::device(), view, image.exact, 1);
-    std::vector<float> normals;
-    for (const Eigen::Vector3d& n : image.normal)
-        for (int i = 0; i < 3; ++i)
-            normals.push_back(static_cast<float>(n[i]));
-    const Image given = Image::from_host(oracle::device(), Element::f32, normals.data(), {width, height, 3});
-    const auto points = oracle::ray_traced(view.scene, view.camera(), image, radius, oracle::sample_rays, stride);
-    const auto rms = [&](const std::optional<Thickness>& thickness, const Image& from) {
-        const SsaoOptions options{
-            .sampling = Sampling{.quality = Quality::accurate}, .thickness = thickness, .normals = from};
-        const std::vector<float> got = bench::floats_of(ssao(on.stored(), radius, options).visibility);
-        return oracle::error_of(points,
-                                [&](const oracle::Sample& p) {
-                                    return static_cast<double>(got[static_cast<std::size_t>(p.y * width + p.x)]);
-                                })
-            .rmse;
-    };
-    const double guessed = rms({}, {}), ends = rms(on.backs(), {}), both = rms(on.backs(), given);
-    std::printf("terrain against the scene itself: constant thickness %.4f, true ends %.4f, with true normals %.4f\n",
-                guessed, ends, both);
-    CHECK(ends < 0.0025);
-    CHECK(both < 0.0025);
 }

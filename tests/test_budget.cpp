@@ -1,51 +1,68 @@
-// What a memory budget needs: bands of rows that reach differently, how far a sphere reaches, and the least that does for masks.
-// That results keep their bits and their budget stands in test_contract.cpp.
+// Bands of rows, which a memory budget needs, and how far a sphere reaches. That results keep their bits and their budget
+// stands in test_contract.cpp.
 
 #include "catch.hpp"
-#include "images.hpp"
 #include "operations/bands.hpp"
-#include "operations/ssao/ssao_reach.hpp"
-#include "runtime/state.hpp"
-#include "test_device.hpp"
+#include "operations/ssao/ssao_plan.hpp"
 
 #include <fathom/fathom.hpp>
 
 using namespace fathom;
-using namespace fathom::images;
 
-namespace {
-
-Device device_with(std::size_t budget, int vector_width = 0) {
-    return test_device({.vector_width = vector_width, .memory_budget = budget});
+TEST_CASE("bands make every row once and read what lies within their halo", "[bands]") {
+    for (const auto& [rows, halo, made_bytes, least] :
+         {std::tuple{1, 0, 0, 1}, {2, 1, 0, 1}, {7, 5, 0, 2}, {100, 5, 0, 1}, {1001, 1, 0, 1}, {540, 36, 160, 18}}) {
+        for (const std::size_t budget : {std::size_t{1}, std::size_t{640}, std::size_t{6400}, std::size_t{1} << 40}) {
+            const auto bytes = [made_bytes = made_bytes](int read, int made) {
+                return static_cast<std::size_t>(64 * read + made_bytes * made);
+            };
+            int made = 0;
+            const std::vector<Band> all = bands({0, rows, rows, {halo}, bytes, least}, budget);
+            for (const Band& band : all) {
+                REQUIRE(band.begin == made);
+                REQUIRE(band.end > band.begin);
+                made = band.end;
+                CHECK(band.first == std::max(band.begin - halo, 0));
+                CHECK(band.last == std::min(band.end + halo, rows));
+                const int lowest = std::max(least, (band.last - band.first - (band.end - band.begin)) / 8);
+                CHECK((bytes(band.last - band.first, band.end - band.begin) <= budget ||
+                       band.end - band.begin <= lowest));
+                CHECK((band.end - band.begin >= least || band.end == rows));
+            }
+            CHECK(made == rows);
+            CHECK((all.size() == 1 || bytes(rows, rows) > budget));
+            CHECK(bands({0, rows, rows, std::vector<int>(static_cast<std::size_t>(rows), halo), bytes, least}, budget)
+                      .size() == all.size());
+        }
+    }
 }
 
-// Steps and slopes, a floor that comes near the camera, and single invalid pixels.
-struct Scene {
-    Camera camera;
-    std::vector<float> depth;
-
-    Scene(int width, int height, bool perspective_camera = true) {
-        camera.width = width;
-        camera.height = height;
-        camera.projection = perspective_camera
-                                ? perspective(1.2, 1.2 * width / height, {0.1, 100})
-                                : orthographic({-2, 2, -2.0 * height / width, 2.0 * height / width}, {0.1, 100});
-        camera.encoding = Encoding::view_z;
-        for (int y = 0; y < height; ++y)
-            for (int x = 0; x < width; ++x) {
-                const int step = x / 37 % 3 + y / 29 % 2 + (x / 51 + y / 97) % 4;
-                const bool hole = (x * 31 + y * 17) % 997 == 0;
-                const double z = 3.0 - 1.2 * y / height + 0.02 * step + 1e-4 * ((x * 7 + y * 13) % 11);
-                depth.push_back(hole ? std::nanf("") : static_cast<float>(z));
-            }
-    }
-
-    StoredDepth stored(const Device& device) const {
-        return {Image::from_host(device, Element::f32, depth.data(), {camera.width, camera.height}), camera};
-    }
-};
-
-} // namespace
+TEST_CASE("bands: the budget that is named is the smallest one that works", "[bands]") {
+    constexpr std::size_t mebibyte = std::size_t{1} << 20;
+    // Low bands take more than some higher ones do.
+    const auto bytes = [](int read, int made) {
+        return static_cast<std::size_t>(read + (made < 100 ? 90 : 0)) * mebibyte;
+    };
+    const RowNeeds rows{0, 1000, 1000, {40}, bytes, 64};
+    std::size_t smallest = 0;
+    const auto works = [&](std::size_t budget) {
+        try {
+            bands(rows, budget, "this");
+            return true;
+        } catch (const Error& error) {
+            std::size_t named = 0;
+            REQUIRE(std::sscanf(error.what(), "this needs a memory budget of %zu MiB", &named) == 1);
+            if (smallest == 0)
+                smallest = named * mebibyte;
+            CHECK(named * mebibyte == smallest);
+            return false;
+        }
+    };
+    CHECK(!works(1));
+    CHECK(works(smallest));
+    CHECK(!works(smallest - 1));
+    CHECK(bytes(64 + 80, 64) > smallest);
+}
 
 TEST_CASE("bands of rows that reach differently are of one height, and keep to their budget", "[bands][budget]") {
     const auto bytes = [](int read, int made) { return static_cast<std::size_t>(100 * read + 10 * made); };
@@ -75,7 +92,9 @@ TEST_CASE("bands of rows that reach differently are of one height, and keep to t
 
 // The oracle: points of the sphere, projected.
 TEST_CASE("ssao: a sphere covers the rows that it is said to", "[ssao][budget]") {
-    const Camera cameras[] = {Scene(200, 300).camera, Scene(200, 300, false).camera};
+    const Camera cameras[] = {
+        {.projection = perspective(1.2, 1.2 * 200 / 300, {0.1, 100}), .width = 200, .height = 300},
+        {.projection = orthographic({-2, 2, -3, 3}, {0.1, 100}), .width = 200, .height = 300}};
     std::minstd_rand random(7);
     const auto number = [&](double low, double high) {
         return low + (high - low) * static_cast<double>(random()) / static_cast<double>(std::minstd_rand::max());
@@ -119,28 +138,4 @@ TEST_CASE("ssao: a sphere covers the rows that it is said to", "[ssao][budget]")
     CHECK(tightest > 0.999);
     const CentreRays rays = centre_rays(camera_rays(cameras[0]));
     CHECK(std::isinf(rows_of_sphere(rays, 2, 150, 1)));
-}
-
-TEST_CASE("near field: the least budget is one row of blocks, and does not grow with the discs",
-          "[near_field][dof_masks][budget]") {
-    constexpr int width = 45, height = 1100;
-    constexpr std::size_t weights = 48 * 256 * sizeof(float), tables = 5000;
-    const Scene scene(width, height);
-    const DofMasksOptions options{
-        .near_weight = true, .focus_weight = true, .far_weight = true, .near_alpha = true, .disocclusion = true};
-    for (const double k : {10.0, 1200.0}) { // discs of up to 4 and 460 pixels
-        const CircleOfConfusion lens{.k = k, .g = 2.4 * k};
-        const auto masks = [&](const Device& device) { return dof_masks(scene.stored(device), lens, options); };
-        const DofMasks whole = masks(device_with(0));
-        for (const int vector_width : {16, 4}) {
-            const Device device = device_with(weights + tables, vector_width);
-            const DofMasks got = masks(device);
-            for (const auto mask : {&DofMasks::coc, &DofMasks::near_weight, &DofMasks::focus_weight,
-                                    &DofMasks::far_weight, &DofMasks::near_alpha, &DofMasks::disocclusion})
-                CHECK(same_bits(floats(got.*mask), floats(whole.*mask)));
-            CHECK(device.state().most_scratch_bytes <= weights + tables);
-        }
-        CHECK_THROWS_WITH(masks(device_with(weights)),
-                          "dof_masks of 45 x 1100 pixels needs a memory budget of 1 MiB; raise it");
-    }
 }

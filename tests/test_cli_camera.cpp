@@ -98,19 +98,6 @@ TEST_CASE("camera program: a calibration and a preset are the camera file that t
     check_done({"inspect", depth, "--camera", camera, "--preset", "kinect"});
 }
 
-TEST_CASE("camera program: the unit of a ROS depth follows from its type") {
-    const Folder folder;
-    const std::string camera = put_text(folder, "info.yaml", ros("0")), codes = kinect_depth(folder);
-    const cv::Mat codes_read = cv::imread(codes, cv::IMREAD_UNCHANGED);
-    cv::Mat in_metres;
-    codes_read.convertTo(in_metres, CV_32F, 0.001);
-    const std::string metres = depth_file(folder, "metres.tif", in_metres);
-    check_done({"linearize", codes, metres, "--camera", camera, "-o", folder / "out/"});
-    const cv::Mat a = channel(folder / "out/depth.exr", "Z"), b = channel(folder / "out/metres.exr", "Z");
-    constexpr double ulp = 0x1p-19; // of numbers from 16 to 32: half of one is metres', the whole is linearize's
-    CHECK(cv::norm(a, b, cv::NORM_INF) <= 1.5 * ulp);
-}
-
 TEST_CASE("camera program: without --camera the header of the depth is the camera") {
     const Folder folder;
     const std::string frame = put_frame(folder, "frame.exr"), camera = folder / "camera.json";

@@ -69,19 +69,3 @@ TEST_CASE("max-error program: refused in one line, with the best, where nothing 
         CHECK(contains(outcome.err, room.input));
     }
 }
-
-TEST_CASE("max-error program: refused beside what it chooses itself") {
-    const Room room;
-    const auto refused = [&](const std::string& operation, const std::string& option, const std::string& value) {
-        check_refused(asked(room, operation, {"--max-error", "180", option, value}), 2, option);
-    };
-    refused("ssao", "--quality", "fast");
-    refused("ssao", "--quality", "balanced"); // the default, but said
-    refused("ssao", "--slices", "2");
-    refused("ssao", "--samples", "8");
-    refused("ssao", "--jitter", "4");
-    refused("dof", "--quality", "balanced");
-    refused("normals", "--method", "automatic");
-    check_refused(asked(room, "ssao", {"--explain"}), 2, "--max-error");
-    check_refused(asked(room, "ssao", {"--max-error", "0"}), 2, "--max-error");
-}

@@ -611,39 +611,6 @@ TEST_CASE("mistakes: a result that loses the profile or the data of a camera is 
     CHECK(fogged("a.jpg", {"--strict"}).code == 1);
 }
 
-TEST_CASE("mistakes: what follows from a mistake is not told as another one", "[exhaustive]") {
-    const Folder folder;
-    write_pictures(folder);
-    const std::string camera = folder / "camera.json";
-    int seen = 0;
-    for (const Mistake& mistake : mistakes()) {
-        if (mistake.code != 0 || mistake.said.empty() || mistake.command != Arguments{"linearize"})
-            continue;
-        if (mistake.depth.channels() == 2) // the channel may be right, and the radius wrong
-            continue;
-        const std::string input = saved(folder, mistake);
-        write(camera, "{" + mistake.camera + "}");
-        for (const Arguments& command : {Arguments{"ssao", "--radius", "0.02", "-o", folder / "out/a.exr"},
-                                         Arguments{"ssao", "--radius", "30", "-o", folder / "out/a.exr"},
-                                         joined(masks, {"--focus", "500", "--f-stop", "8", "-o", folder / "out/a.exr"}),
-                                         Arguments{"linearize", "--png-scale", "0.1", "-o", folder / "out/a.png"}}) {
-            const Outcome outcome = run(joined(command, {input, "--camera", camera}));
-            INFO(mistake.name << ", " << command[0] << ' ' << command[2] << "\n" << outcome.err);
-            CHECK(outcome.code == 0);
-            CHECK(contains(outcome.err, mistake.said[1]));
-            CHECK(std::count(outcome.err.begin(), outcome.err.end(), '\n') == 1);
-        }
-        ++seen;
-    }
-    CHECK(seen >= 15);
-    const std::string narrow = folder / "narrow.png";
-    cv::imwrite(narrow, codes(ramp(), 900));
-    const Outcome outcome = run({"dof-masks", narrow, "--relative", "high-is-near", "--blur-px", "24", "--focus-at",
-                                 "4,4", "-o", folder / "out/b.exr"});
-    CHECK(contains(outcome.err, "--relative-range"));
-    CHECK(std::count(outcome.err.begin(), outcome.err.end(), '\n') == 1);
-}
-
 TEST_CASE("mistakes: no real input warns", "[real]") {
     if (!real::there("opengl"))
         return;
@@ -732,18 +699,6 @@ TEST_CASE("mistakes: no camera of the examples warns on its scene") {
     CHECK(count >= 4);
 }
 
-TEST_CASE("mistakes: an EXR with two views warns of two depths, unless its channel is named", "[real]") {
-    if (!real::there("openexr"))
-        return;
-    const Folder folder;
-    const std::string input = (real::data / "openexr/beachball-singlepart.exr").string();
-    const Arguments ask{"linearize", input, "--preset", "blender:fov_x_deg=40,missing=0", "-o", folder / "out/z.exr"};
-    const Outcome unnamed = run(ask);
-    CHECK(unnamed.code == 0);
-    CHECK(contains(unnamed.err, "channel \"Z\" is taken, but left.Z could be depth, too"));
-    check_done(joined(ask, {"--channel", "left.Z"}));
-}
-
 TEST_CASE("mistakes: several channels that could be depth are told, unless one of them is it by convention") {
     struct Case {
         std::vector<std::string> channels;
@@ -813,62 +768,4 @@ TEST_CASE("mistakes: an EXR of distances along the ray is told where it counts a
     cv::minMaxLoc(cv::abs(back - metres()), nullptr, &worst);
     CHECK(worst < 10 * 4 * 0x1p-24);
     CHECK(linearize(z, camera).err == "");
-}
-
-TEST_CASE("mistakes: no random camera warns", "[exhaustive]") {
-    std::mt19937 random(7);
-    const auto number = [&](double low, double high) { return std::uniform_real_distribution(low, high)(random); };
-    const auto one_in = [&](int n) { return std::uniform_int_distribution(1, n)(random) == 1; };
-    const std::vector<std::string> encodings{"window",      "view-z", "ray-distance", "linear",       "logarithmic",
-                                             "exponential", "median", "inverse",      "inverse-range"};
-    const std::vector<scene::Scene> scenes{scene::room(), scene::spheres(), scene::corridor(), scene::railings(),
-                                           scene::slant()};
-    const Folder folder;
-    int seen = 0;
-    for (int i = 0; i < 100; ++i) {
-        const std::string encoding = encodings[static_cast<std::size_t>(i) % encodings.size()];
-        const bool orthographic = i % 4 == 3 && encoding != "median";
-        const double near_plane = number(0.05, 0.4), far_plane = number(80, 2000), aspect = 1.5;
-        const double slope = std::tan(number(15, 50) * std::numbers::pi / 180), x = number(-0.4, 0.4),
-                     y = number(-0.4, 0.4);
-        std::ostringstream json;
-        json.precision(17);
-        json << R"({"encoding": ")" << encoding << R"(", "near": )" << near_plane << R"(, "far": )" << far_plane;
-        if (encoding == "median")
-            json << R"(, "median": )" << number(1, 20);
-        if (orthographic) {
-            const double half = number(1, 4);
-            json << R"(, "orthographic": {"left": )" << half * aspect * (x - 1) << R"(, "right": )"
-                 << half * aspect * (x + 1) << R"(, "bottom": )" << half * (y - 1) << R"(, "top": )" << half * (y + 1)
-                 << "}";
-        } else if (i % 4 == 0) {
-            json << R"(, "perspective": {"fov_y_deg": )" << 2 * std::atan(slope) * 180 / std::numbers::pi
-                 << (one_in(2) ? R"(, "reversed": true)" : "") << "}";
-        } else if (i % 4 == 1) {
-            const double f = height / 2.0 / slope;
-            json << R"(, "intrinsics": {"fx": )" << f << R"(, "fy": )" << f << R"(, "cx": )" << width / 2.0 * (1 + x)
-                 << R"(, "cy": )" << height / 2.0 * (1 + y) << "}";
-        } else {
-            const double p = -(far_plane + near_plane) / (far_plane - near_plane),
-                         s = -2 * far_plane * near_plane / (far_plane - near_plane);
-            json << R"(, "projection": [[)" << 1 / (slope * aspect) << ", 0, " << x << ", 0], [0, " << 1 / slope << ", "
-                 << y << ", 0], [0, 0, " << p << ", " << s << "], [0, 0, -1, 0]]";
-        }
-        if (one_in(4) && encoding == "window")
-            json << R"(, "oblique_near_plane": [)" << number(-0.3, 0.3) << ", " << number(-0.3, 0.3) << ", -1, -0.5]";
-        if (one_in(3))
-            json << R"(, "rows": "bottom-up")";
-        json << "}";
-        INFO(json.str());
-        const std::string file = folder / "camera.json", input = folder / "a.exr";
-        write(file, json.str());
-        const Camera camera = camera_for(read_camera(file), width, height);
-        auto image = scene::render(scenes[static_cast<std::size_t>(i) % scenes.size()], camera);
-        if (std::none_of(image.z.begin(), image.z.end(), [](double z) { return std::isfinite(z); }))
-            continue; // looks past everything
-        write_image(input, cv::Mat(height, width, CV_32FC1, image.stored.data()));
-        check_done({"linearize", input, "--camera", file, "-o", folder / "out/z.exr"});
-        ++seen;
-    }
-    CHECK(seen >= 90);
 }

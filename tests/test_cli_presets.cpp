@@ -46,29 +46,6 @@ TEST_CASE("presets program: lists every source with its formula and what it need
     }
 }
 
-TEST_CASE("presets program: a preset gives the bits of the camera file that it stands for") {
-    const Folder folder;
-    const std::string depth = kinect_file(folder), camera = folder / "camera.json";
-    write(camera,
-          R"({"width": 48, "height": 32, "encoding": "view-z", "scale": 0.001, "missing": 0, "view_axes": "opencv",
-                      "intrinsics": {"fx": 40, "fy": 40, "cx": 23.5, "cy": 15.5, "pixel_origin": "centre"}})");
-    const Arguments commands[] = {{"linearize"},
-                                  {"unproject"},
-                                  {"normals"},
-                                  {"ssao", "--radius", "0.1"},
-                                  {"dof-masks", "--f-stop", "0.2", "--focus", "3", "--sensor-mm", "36"}};
-    for (const Arguments& command : commands) {
-        INFO(command.front());
-        check_done(joined(command, {depth, "--camera", camera, "-o", folder / "out/a.exr"}));
-        check_done(joined(command, {depth, "--preset", kinect, "-o", folder / "out/b.exr"}));
-        for (const Channel& each : list_channels(folder / "out/a.exr"))
-            CHECK(same(channel(folder / "out/a.exr", each.name), channel(folder / "out/b.exr", each.name)));
-    }
-    const Outcome inspected = check_done({"inspect", depth, "--preset", kinect});
-    CHECK(contains(inspected.out, "camera: preset kinect:"));
-    CHECK(contains(inspected.out, "not measured"));
-}
-
 TEST_CASE("presets program: what is wrong is told in a line, and nothing is done") {
     const Folder folder;
     const std::string depth = kinect_file(folder), camera = camera_file(folder), output = folder / "out/z.exr";

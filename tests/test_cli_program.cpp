@@ -1,7 +1,6 @@
 // The program as a person uses it: what it writes, what it says, its exit codes, and that no input makes it worse than
 // one line on stderr.
 #include "program.hpp"
-#include "real_inputs.hpp"
 
 #include <fathom/linearize.hpp>
 
@@ -12,7 +11,6 @@
 #include <sys/stat.h>
 
 using namespace fathom::test;
-namespace real = fathom::real;
 
 namespace {
 
@@ -21,15 +19,6 @@ void check_input_refused(const Folder& folder, const std::string& input) {
     check_refused({"linearize", input, "--camera", camera, "-o", folder / "out/z.exr"}, 1, input);
     check_refused({"inspect", input}, 1, input);
     CHECK(folder.results().empty());
-}
-
-float largest_finite(const cv::Mat& image) {
-    float largest = -INFINITY;
-    for (int y = 0; y < image.rows; ++y)
-        for (int x = 0; x < image.cols; ++x)
-            if (std::isfinite(image.at<float>(y, x)))
-                largest = std::max(largest, image.at<float>(y, x));
-    return largest;
 }
 
 } // namespace
@@ -60,18 +49,6 @@ TEST_CASE("program: linearize writes what the library computes, in every format"
     CHECK(std::isinf(z.at<float>(height - 1, width - 1)));
 }
 
-TEST_CASE("program: --background says what becomes of pixels with nothing in them") {
-    const Folder folder;
-    const std::string camera = camera_file(folder), input = depth_file(folder, "depth.png");
-    const auto corner = [&](const std::string& background) {
-        check_done({"linearize", input, "--camera", camera, "-o", folder / "out/z.tif", "--background", background});
-        return fathom::read_depth(folder / "out/z.tif").values.at<float>(height - 1, width - 1);
-    };
-    CHECK(corner("inf") == INFINITY);
-    CHECK(std::isnan(corner("nan")));
-    CHECK(corner("decode") == Approx(100));
-}
-
 TEST_CASE("program: unproject writes points, view and world") {
     const Folder folder;
     const std::string view = R"(, "view": [[1,0,0,-10],[0,1,0,-20],[0,0,1,-30],[0,0,0,1]])";
@@ -96,20 +73,6 @@ TEST_CASE("program: unproject writes points, view and world") {
           std::string::npos);
 }
 
-TEST_CASE("program: several inputs go into a folder that is made, under their own names") {
-    const Folder folder;
-    const std::string camera = camera_file(folder);
-    const std::string a = depth_file(folder, "a.1.exr"), b = depth_file(folder, "b.png"),
-                      c = depth_file(folder, "c.pfm");
-    const Outcome outcome =
-        check_done({"linearize", a, b, c, "--camera", camera, "-o", folder / "out/new/deep", "--format", "tif"});
-    CHECK(std::count(outcome.out.begin(), outcome.out.end(), '\n') == 3);
-    CHECK(folder.results() == std::vector<std::string>{"a.1.tif", "b.tif", "c.tif", "deep", "new"});
-
-    check_done({"linearize", a, "--camera", camera, "-o", folder / "out/one/"});
-    CHECK(fs::exists(folder / "out/one/a.1.exr"));
-}
-
 TEST_CASE("program: --quiet and --json say what they promise") {
     const Folder folder;
     const std::string camera = camera_file(folder), input = depth_file(folder, "depth.png"),
@@ -127,16 +90,6 @@ TEST_CASE("program: --quiet and --json say what they promise") {
     CHECK(seconds("read_seconds") + seconds("compute_seconds") + seconds("write_seconds") ==
           Approx(seconds("seconds")));
     CHECK(seconds("write_seconds") > 0);
-}
-
-TEST_CASE("program: --threads and --device change nothing but the time") {
-    const Folder folder;
-    const std::string camera = camera_file(folder), input = depth_file(folder, "depth.png");
-    check_done({"linearize", input, "--camera", camera, "-o", folder / "out/a.tif"});
-    check_done({"linearize", input, "--camera", camera, "-o", folder / "out/b.tif", "--threads", "1"});
-    check_done({"linearize", input, "--camera", camera, "-o", folder / "out/c.tif", "--device", "0"});
-    CHECK(content(folder / "out/a.tif") == content(folder / "out/b.tif"));
-    CHECK(content(folder / "out/a.tif") == content(folder / "out/c.tif"));
 }
 
 TEST_CASE("program: inspect tells what the file holds and what the camera makes of it") {
@@ -238,35 +191,6 @@ TEST_CASE("program: --help of an operation begins with its own options, and --he
     CHECK(run({"show", "--help", "all"}).out == run({"show", "--help"}).out);
 }
 
-TEST_CASE("program: real inputs of every kind", "[real]") {
-    if (!real::there("opengl") || !real::there("habitat"))
-        return;
-    const auto shared_file = [](const std::string& name) { return (real::data / name).string(); };
-    const Folder folder;
-    const std::string camera = shared_file("habitat/room.camera.json"), room = shared_file("habitat/room.depth.exr");
-    check_done({"linearize", room, "--camera", camera, "-o", folder / "out/room.exr"});
-    const cv::Mat z = fathom::read_depth(folder / "out/room.exr").values;
-    CHECK(largest_finite(z) == Approx(8.07).margin(0.005));
-    CHECK(-largest_finite(-z) == Approx(3.77).margin(0.005));
-    CHECK(cv::countNonZero(z == std::numeric_limits<float>::infinity()) == 5); // holes of the scan
-
-    for (const std::string name :
-         {"persp16.depth.png", "d3d32f.depth.tif", "median32f.depth.tif", "ortho_oblique24.depth.tif"}) {
-        const std::string own = name.substr(0, name.find('.'));
-        check_done({"linearize", shared_file("opengl/" + name), "--camera", shared_file("opengl/" + own + ".json"),
-                    "-o", folder / "out/z.tif"});
-        check_done({"inspect", shared_file("opengl/" + name), "--camera", shared_file("opengl/" + own + ".json")});
-        check_done({"unproject", shared_file("opengl/" + name), "--camera", shared_file("opengl/" + own + ".json"),
-                    "-o", folder / "out/p.ply"});
-        const cv::Mat found = fathom::read_depth(folder / "out/z.tif").values;
-        const cv::Mat truth = fathom::read_depth(shared_file("opengl/" + own + ".z.tif")).values;
-        CHECK(largest_finite(found) == Approx(largest_finite(truth)).epsilon(2e-3));
-    }
-    check_done({"unproject", shared_file("blender/perspective/sharp.exr"), "--camera",
-                shared_file("blender/perspective/camera.json"), "-o", folder / "out/p.exr", "--space", "world"});
-    check_done({"inspect", shared_file("openexr/beachball-singlepart.exr")});
-}
-
 // Bad input: one line, the right exit code, nothing left behind
 
 TEST_CASE("program: refuses a missing file, a directory, a pipe, a device and what is no image") {
@@ -277,23 +201,6 @@ TEST_CASE("program: refuses a missing file, a directory, a pipe, a device and wh
     for (const std::string& input : {folder / "nowhere.exr", folder / "folder.exr", folder / "pipe.png",
                                      std::string("/dev/null"), folder / "text.tif"})
         check_input_refused(folder, input);
-}
-
-TEST_CASE("program: refuses a camera file that is none") {
-    const Folder folder;
-    const std::string input = depth_file(folder, "depth.png");
-    write(folder / "torn.json", "{");
-    for (const std::string& camera : {folder / "torn.json", folder / "none.json", folder / "out"})
-        check_refused({"linearize", input, "--camera", camera, "-o", folder / "out/z.exr"}, 1, camera);
-    CHECK(folder.results().empty());
-}
-
-TEST_CASE("program: refuses world space without a view matrix, and a channel that is not there") {
-    const Folder folder;
-    const std::string camera = camera_file(folder), input = depth_file(folder, "depth.exr");
-    check_refused({"unproject", input, "--camera", camera, "-o", folder / "out/p.ply", "--space", "world"}, 1, camera);
-    check_refused({"linearize", input, "--camera", camera, "-o", folder / "out/z.exr", "--channel", "Q"}, 1, input);
-    CHECK(folder.results().empty());
 }
 
 TEST_CASE("program: refuses an output that cannot be written") {
@@ -457,15 +364,6 @@ TEST_CASE("program: refuses results that would replace each other or an input") 
     CHECK(folder.results() == std::vector<std::string>{"circle.exr", "first.exr", "link.exr"});
 }
 
-TEST_CASE("program: one bad input among several is told, the others are done") {
-    const Folder folder;
-    const std::string camera = camera_file(folder);
-    const std::string a = depth_file(folder, "a.png"), c = depth_file(folder, "c.png"), bad = folder / "b.png";
-    write(bad, "no image");
-    check_one_failed(run({"linearize", a, bad, c, "--camera", camera, "-o", folder / "out"}), 3, bad, "");
-    CHECK(folder.results() == std::vector<std::string>{"a.exr", "c.exr"});
-}
-
 TEST_CASE("program: --json has a line for each input whose camera cannot be read") {
     const Folder folder;
     const std::string a = depth_file(folder, "a.png"), b = depth_file(folder, "b.png"), none = folder / "none.json";
@@ -580,15 +478,6 @@ TEST_CASE("program: the first input is read beside the driver, and a missing dev
     }
     write(depth, content(depth).substr(0, 500));
     check_refused(joined(command, {"--device", "none-such"}), 3, "none-such");
-}
-
-TEST_CASE("program: where PoCL cannot make its folder, the folder is named") {
-    const Outcome outcome = run({"devices"}, {.before = {"env", "POCL_CACHE_DIR=/proc/nope"}});
-    CHECK(outcome.code == 3);
-    CHECK(outcome.out.empty());
-    CHECK(contains(outcome.err,
-                   "/proc/nope, where nothing can be written (No such file or directory); make room there, or let "
-                   "POCL_CACHE_DIR name another folder"));
 }
 
 namespace {
@@ -732,24 +621,4 @@ TEST_CASE("program: a full disk where PoCL keeps kernels is named, and no fault 
     const Outcome outcome = run(arguments, {.before = joined(alone, on_full_disk)});
     check_refused(outcome, 1, full + ", where nothing can be written (No space left on device)");
     CHECK(folder.results().empty());
-}
-
-TEST_CASE("program: packed depth is read as the camera file says") {
-    const Folder folder;
-    const std::uint32_t code = 0xabcdef;
-    const double truth = [&] {
-        const double d = code / 16777215.0;
-        return 1 / (1 / 0.5 + d * (1 / 100.0 - 1 / 0.5));
-    }();
-    const cv::Scalar red_high(code & 255, code >> 8 & 255, code >> 16),
-        red_low(code >> 16, code >> 8 & 255, code & 255);
-    for (const auto& [packing, blue_green_red] : {std::pair{"rgb-high-first", red_high}, {"rgb-low-first", red_low}}) {
-        const std::string camera = camera_file(folder, std::string(R"(, "packing": ")") + packing + "\"");
-        const std::string input = folder / "packed.png";
-        cv::imwrite(input, cv::Mat(height, width, CV_8UC3, blue_green_red));
-        check_done({"linearize", input, "--camera", camera, "-o", folder / "out/z.tif"});
-        CHECK(fathom::read_depth(folder / "out/z.tif").values.at<float>(3, 5) == Approx(truth).epsilon(1e-6));
-        const Outcome outcome = check_done({"inspect", input, "--camera", camera, "--json"});
-        CHECK(contains(outcome.out, R"("min":11259375.0,"max":11259375.0)"));
-    }
 }

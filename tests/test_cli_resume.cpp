@@ -354,10 +354,6 @@ TEST_CASE("resume: killed at random moments and resumed, every frame is made onc
     kill_and_resume(6);
 }
 
-TEST_CASE("resume: killed at fifty random moments and resumed, every frame is made once", "[exhaustive]") {
-    kill_and_resume(50);
-}
-
 TEST_CASE("resume: temporary files of killed runs are removed, those of living ones stay") {
     const Folder folder;
     const std::string file = folder / "out/result.bin", other = folder / "out/other.bin";

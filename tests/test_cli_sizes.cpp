@@ -107,30 +107,6 @@ TEST_CASE("sizes program: fog lies on the picture's own pixels, and the backgrou
         }
 }
 
-TEST_CASE("sizes program: a blur is that of depth of the picture's size") {
-    const Scene scene;
-    const std::string large = scene.folder / "large.exr", camera = scene.folder / "large.json";
-    write_image(large, depth_of(factor));
-    write(camera, fmt::format(R"({{"encoding": "view-z", "width": {}, "height": {},)"
-                              R"("intrinsics": {{"fx": 240, "fy": 240, "cx": 128, "cy": 96}}}})",
-                              across * factor, down * factor));
-    const Arguments lens{"--color", scene.picture, "--focus-at", "60,90", "--f-stop", "0.02", "--sensor-mm", "36"};
-    const cv::Mat got = scene.made(joined({"dof", scene.depth}, lens));
-    check_done(joined(joined({"dof", large}, lens), {"--camera", camera, "-o", scene.out}));
-    const cv::Mat expected = read_color(scene.out), plain = read_picture(scene.picture).color;
-    REQUIRE(got.size() == expected.size());
-    const auto rms = [&](const cv::Mat& a, const cv::Mat& b) {
-        return cv::norm(a, b, cv::NORM_L2) / std::sqrt(static_cast<double>(a.total()) * 3);
-    };
-    std::printf("dof of depth a quarter as wide: rms %.5f of a blur of %.4f\n", rms(got, expected),
-                rms(plain, expected));
-    CHECK(rms(plain, expected) > 0.02);
-    CHECK(rms(got, expected) < 0.1 * rms(plain, expected));
-    // The camera may be that of the picture.
-    check_done(joined(joined({"dof", scene.depth}, lens), {"--camera", camera, "-o", scene.out}));
-    CHECK(same(read_color(scene.out), got));
-}
-
 TEST_CASE("sizes library: images and matrices give what the program does") {
     const Scene scene;
     const cv::Mat depth = depth_of(), light = read_picture(scene.picture).color;

@@ -5,6 +5,7 @@
 #include "catch.hpp"
 #include "images.hpp"
 #include "judge.hpp"
+#include "lenses.hpp"
 #include "test_device.hpp"
 
 #include "description/operations.hpp"
@@ -598,7 +599,7 @@ void check_budget(const Call& call, const Scene& scene) {
                 static_cast<double>(taken) / mebibyte, static_cast<double>(least) / mebibyte);
 }
 
-/// Cameras of every encoding and every form that the decoder has, in rays of every kind.
+/// Cameras of every encoding and every form that the decoder has, in rays of every kind, and through lenses.
 std::vector<std::pair<std::string, Camera>> cameras(int width, int height) {
     std::vector<std::pair<std::string, Camera>> all;
     const auto add = [&](const std::string& name, const Projection& projection, Encoding encoding = Encoding::window) {
@@ -629,7 +630,23 @@ std::vector<std::pair<std::string, Camera>> cameras(int width, int height) {
     inverse_along_rays->along = Along::ray;
     inverse_along_rays->missing = -1;
     inverse_along_rays->background_from = 1e-6;
+    for (const std::size_t which : {0u, 2u, 9u, 11u}) { // brown, brown with a fold, double sphere, a panorama
+        const LensSubject subject = lens_subjects().at(which);
+        all.emplace_back(subject.name, subject.camera);
+        all.back().second.view = metric_camera(width, height).view;
+    }
     return all;
+}
+
+/// Circles of confusion alone: what a lens has of the masks.
+Call circles_call() {
+    return call("dof_masks, circles", {}, [](const Inputs& in, const auto&... result) {
+        DofMasks masks{
+            .coc = Image(in.stored.image.device(), Element::f32, {in.stored.image.width(), in.stored.image.height()})};
+        ((masks.coc = result), ...);
+        dof_masks(in.stored, masks, lens);
+        return masks.coc;
+    });
 }
 
 /// A scene of the camera's size whose every value is a depth of its encoding.
@@ -795,6 +812,10 @@ TEST_CASE("contract: whatever the camera and the storage are", "[contract]") {
         const Scene own = seen_by(camera);
         INFO(name);
         check(own, Storage::float32);
+        if (camera.lens)
+            for (const Call& call : {circles_call(), calls_of("normals").at(0), calls_of("normals").at(2),
+                                     calls_of("fog").at(0), calls_of("fog").at(2)})
+                check_same_bits(call, own, widths_and_groups[next++ % 4]);
         if (name != "orthographic" && name != "a tilted matrix")
             continue;
         for (const char* operation : {"ssao", "fog", "dof_masks", "dof"})

@@ -1,5 +1,5 @@
-// dof_masks: circles against __float128 for every form, encoding and storage; weights, sky and validity by definition; the
-// same scene through other cameras.
+// dof_masks: circles against __float128 for every form, encoding and storage; weights, sky and validity by
+// definition.
 
 #include "catch.hpp"
 #include "images.hpp"
@@ -8,7 +8,7 @@
 #include "subjects.hpp"
 #include "test_device.hpp"
 
-#include "operations/dof_masks/circle.hpp"
+#include "operations/dof_masks/dof_masks.hpp"
 
 #include <fathom/fathom.hpp>
 
@@ -461,69 +461,6 @@ TEST_CASE("dof_masks: weights are the ramp of the circle and sum to exactly one"
             CHECK(kinds[2] > 10);
         }
     std::printf("weights: worst %.3f of the bound\n", worst);
-}
-
-// Depth of one scene as each camera stores it: circles differ by what storing moves them, and no more.
-TEST_CASE("dof_masks: one scene through other cameras has one map", "[dof_masks]") {
-    const int width = 48, height = 32;
-    const FrustumEdges edges{-0.06, 0.06, -0.04, 0.04};
-    const auto depth_of = [](double x, double y) { // of a point of the whole image
-        return 2 + 30 * (0.5 + 0.5 * std::sin(x / 4) * std::cos(y / 3));
-    };
-    struct Other {
-        const char* name;
-        Projection projection;
-        int x, y, width, height; // the part of the image that it shows
-    };
-    const double infinite = infinity;
-    const FrustumEdges crop{-0.03, 0.05, -0.04, 0.01};
-    const auto reversed = DepthOrder::reversed;
-    const std::vector<Other> others{
-        {"standard", perspective(edges, {0.1, 100}), 0, 0, width, height},
-        {"Vulkan", perspective(edges, {0.1, 100}, Convention::vulkan()), 0, 0, width, height},
-        {"Direct3D", perspective(edges, {0.1, 1e6}, Convention::direct3d()), 0, 0, width, height},
-        {"reversed", perspective(edges, {0.1, 100, reversed}, Convention::direct3d()), 0, 0, width, height},
-        {"infinite", perspective(edges, {0.1, infinite}), 0, 0, width, height},
-        {"reversed infinite", perspective(edges, {0.1, infinite, reversed}, Convention::vulkan()), 0, 0, width, height},
-        {"oblique", with_oblique_near_plane(perspective(edges, {0.1, 100}), {0.2, 0.1, -1, -0.5}), 0, 0, width, height},
-        {"off-centre", perspective(crop, {0.1, 100}), 12, 12, 32, 20},
-        {"off-centre oblique", with_oblique_near_plane(perspective(crop, {0.1, 100}), {-0.1, 0.3, -1, -0.5}), 12, 12,
-         32, 20},
-    };
-    const Lens lens{.f_stop = 2, .focus = 9, .focal_length_mm = 50, .mm_per_unit = 30};
-    double first_k = 0;
-    for (const Other& other : others) {
-        Camera camera{.projection = other.projection, .width = other.width, .height = other.height};
-        const CircleOfConfusion circle = circle_of_confusion(lens, camera);
-        if (first_k == 0)
-            first_k = static_cast<double>(circle.k);
-        INFO(other.name);
-        CHECK(std::abs(static_cast<double>(circle.k) - first_k) < 1e-14 * first_k);
-        std::vector<float> values;
-        std::vector<double> depths;
-        for (int y = 0; y < other.height; ++y)
-            for (int x = 0; x < other.width; ++x) {
-                depths.push_back(depth_of(other.x + x + 0.5, other.y + y + 0.5));
-                values.push_back(
-                    static_cast<float>(stored_depth(camera, Storage::float32, x + 0.5, y + 0.5, depths.back())));
-            }
-        const std::vector<float> got = masks_of(values, camera, circle).circle;
-        double worst = 0, worst_px = 0;
-        for (std::size_t i = 0; i < got.size(); ++i) {
-            const double x = static_cast<double>(i % static_cast<std::size_t>(other.width)) + 0.5,
-                         y = static_cast<double>(i / static_cast<std::size_t>(other.width)) + 0.5, z = depths[i];
-            const auto exact = static_cast<double>(coc_at(circle, z)), k = static_cast<double>(circle.k);
-            const double stored = depth_error_bound(camera, DepthBits::d32f, x, y, z);
-            const double bound = 1.001 * static_cast<double>(circle.g) * stored / (z * z) +
-                                 coc_ulp * oracle::quick_ulp(std::max(std::abs(exact), k));
-            const double off = std::abs(static_cast<double>(got[i]) - exact);
-            worst = std::max(worst, off / bound);
-            worst_px = std::max(worst_px, off);
-        }
-        std::printf("one scene, %-20s k = %.4f px, worst %.2e px, %.3f of what storing moves it\n", other.name, first_k,
-                    worst_px, worst);
-        CHECK(worst <= 1);
-    }
 }
 
 TEST_CASE("dof_masks: some weights have the bits that they have beside the others", "[dof_masks]") {

@@ -207,20 +207,6 @@ TEST_CASE("foreign memory: every storage is read wherever it lies", "[foreign-me
     }
 }
 
-TEST_CASE("foreign memory: float depth may be its own result", "[foreign-memory]") {
-    const Content content(61, 37, Storage::float32);
-    const Bytes expected = content.linearized();
-    const Context context;
-    for (const Device& device : {context.in_order, context.any_order})
-        for (const Placement& placement : placements) {
-            INFO(placement.name);
-            Foreign both(context, device, placement, content.shape, content.values);
-            linearize({both.image, content.seen}, both.image);
-            CHECK(both.content() == expected);
-            CHECK(both.guards_hold());
-        }
-}
-
 TEST_CASE("foreign memory: operations follow each other in a queue without an order", "[foreign-memory]") {
     const Content content(211, 97, Storage::uint16);
     const Bytes expected = downloaded(unproject(linearize(content.plain()).stored()));

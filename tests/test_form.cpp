@@ -94,42 +94,6 @@ TEST_CASE("form: every kind of camera gets the simplest exact one", "[form]") {
         }
 }
 
-TEST_CASE("form: matrices that a real program wrote in floats", "[form]") {
-    // Third rows of a rasteriser's projections, columns z and w; the other rows are those of a 4:3 view.
-    const auto matrix = [](double x, double y, double z, double w) {
-        Eigen::Matrix4d m = Eigen::Matrix4d::Zero();
-        m(0, 0) = 1.7738929986953735;
-        m(1, 1) = 2.3603038787841797;
-        m.row(2) << x, y, z, w;
-        m(3, 2) = -1;
-        return m;
-    };
-    const Convention gl, zero_to_one{ClipZ::zero_to_one, ClipY::up, ViewAxes::opengl};
-    struct Seen {
-        Eigen::Matrix4d matrix;
-        Convention convention;
-        DepthOrder order;
-        Form form;
-    };
-    const std::vector<Seen> cases{
-        {matrix(0, 0, -1.0099166631698608, -1.2196094989776611), gl, DepthOrder::standard, Form::reciprocal},
-        {matrix(0, 0, -1.0049583911895752, -0.6098047494888306), zero_to_one, DepthOrder::standard, Form::reciprocal},
-        {matrix(0, 0, 0.0049583339132368565, 0.6098047494888306), zero_to_one, DepthOrder::reversed, Form::reciprocal},
-        {matrix(0, 0, 0, 0.6067960858345032), zero_to_one, DepthOrder::reversed, Form::reciprocal},
-        {matrix(0, 0, -1, -1.2135921716690063), gl, DepthOrder::standard, Form::reciprocal},
-        {matrix(0.3439381420612335, 0.5209590792655945, -0.6153680086135864, -3.6863582134246826), gl,
-         DepthOrder::standard, Form::reciprocal_affine},
-        {matrix(0.3388596773147583, 0.5132668018341064, -0.5915160775184631, -3.6319267749786377), gl,
-         DepthOrder::standard, Form::reciprocal_affine},
-    };
-    for (const Seen& seen : cases) {
-        const Projection p = from_matrix(seen.matrix, seen.convention);
-        INFO(seen.matrix);
-        REQUIRE(p.order == seen.order);
-        REQUIRE(to_string(depth_form(camera_of(p, 161, 121)).form) == std::string(to_string(seen.form)));
-    }
-}
-
 TEST_CASE("form: rounding a matrix never costs the simple form", "[form]") {
     // A thousand perspectives of odd proportions, off-centre, in floats, in images up to 16384 wide.
     std::uint32_t state = 1;
@@ -155,48 +119,6 @@ TEST_CASE("form: rounding a matrix never costs the simple form", "[form]") {
             REQUIRE(depth_form(camera_of(oblique, width, width)).form == Form::reciprocal_affine);
         }
     }
-}
-
-TEST_CASE("form: encodings", "[form]") {
-    const std::vector<std::pair<Encoding, Form>> expected{
-        {Encoding::window, Form::reciprocal},         {Encoding::view_z, Form::affine},
-        {Encoding::ray_distance, Form::ray_distance}, {Encoding::linear, Form::affine},
-        {Encoding::logarithmic, Form::exponential},   {Encoding::exponential, Form::exponential},
-        {Encoding::median, Form::rational},           {Encoding::pseudo_linear, Form::affine},
-        {Encoding::inverse, Form::reciprocal},        {Encoding::inverse_range, Form::reciprocal},
-    };
-    for (const auto& [encoding, form] : expected) {
-        INFO(to_string(encoding));
-        REQUIRE(to_string(depth_form(encoded(encoding)).form) == std::string(to_string(form)));
-    }
-    REQUIRE(contains(depth_form(encoded(Encoding::pseudo_linear)).reason, "at vertices only"));
-
-    // What each of them says of its ends.
-    const auto decode = [](Encoding encoding, double stored) {
-        return static_cast<double>(view_depth(encoded(encoding), Storage::float32, 80.5, 60.5, stored));
-    };
-    REQUIRE(decode(Encoding::linear, 0) == Approx(0.5));
-    REQUIRE(decode(Encoding::linear, 1) == Approx(100));
-    REQUIRE(decode(Encoding::linear, 0.5) == Approx(50.25));
-    REQUIRE(decode(Encoding::exponential, 0) == Approx(0.5));
-    REQUIRE(decode(Encoding::exponential, 1) == Approx(100));
-    REQUIRE(decode(Encoding::exponential, 0.5) == Approx(std::sqrt(50.0)));
-    REQUIRE(decode(Encoding::logarithmic, 0) == 0);
-    REQUIRE(decode(Encoding::logarithmic, 1) == Approx(100));
-    REQUIRE(decode(Encoding::logarithmic, 0.5) == Approx(std::sqrt(101.0) - 1));
-    REQUIRE(decode(Encoding::median, 0) == 0);
-    REQUIRE(decode(Encoding::median, 0.5) == Approx(5));
-    REQUIRE(decode(Encoding::median, 1) == infinity);
-    REQUIRE(decode(Encoding::view_z, 7) == Approx(7));
-    REQUIRE(decode(Encoding::inverse, 0.25) == Approx(4));
-    REQUIRE(decode(Encoding::inverse, 0) == infinity);
-
-    Camera scaled = encoded(Encoding::view_z);
-    scaled.scale = 0.001;
-    REQUIRE(static_cast<double>(view_depth(scaled, Storage::uint16, 3, 4, 2500)) == Approx(2.5));
-    scaled.encoding = Encoding::inverse;
-    scaled.scale = 80; // focal length times baseline
-    REQUIRE(static_cast<double>(view_depth(scaled, Storage::float32, 3, 4, 16)) == Approx(5));
 }
 
 TEST_CASE("form: stored_depth is the inverse of view_depth", "[form]") {
@@ -290,33 +212,6 @@ TEST_CASE("form: what counts as background and as a surface", "[form]") {
     Projection moved = standard;
     moved.matrix.col(3) += moved.matrix.leftCols<3>() * Point(0, 0, -3);
     REQUIRE(depth_form(camera_of(moved)).least_depth == -3);
-}
-
-TEST_CASE("form: what is missing and where the background begins", "[form]") {
-    Camera camera = encoded(Encoding::view_z);
-    camera.missing = 0;
-    camera.background_from = 65535;
-    DepthForm form = depth_form(camera, Storage::uint16);
-    CHECK(form.missing == 0u);
-    CHECK(form.background_from == 65535.0f);
-    CHECK(kind_of(form, 0, 0) == StoredKind::missing);
-    CHECK(kind_of(form, 65534, 65534) == StoredKind::depth);
-    CHECK(kind_of(form, 65535, 65535) == StoredKind::background);
-
-    camera.background_from = 1e10; // what a half float cannot hold was clipped to its largest
-    camera.missing.reset();
-    CHECK(depth_form(camera, Storage::float16).background_from == 65504.0f);
-    CHECK(depth_form(camera, Storage::uint16).background_from == 1e10f); // no code is as large
-
-    Camera disparity = encoded(Encoding::inverse);
-    disparity.offset = 12.5;
-    CHECK_FALSE(depth_form(disparity, Storage::uint16).background); // no code means infinity
-    CHECK(depth_form(disparity, Storage::float32).background == std::bit_cast<std::uint32_t>(-12.5f));
-    CHECK(depth_form(disparity, Storage::float32).lowest == -12.5f);
-    disparity.offset = -12.5;
-    CHECK(depth_form(disparity, Storage::uint16).lowest == 13);
-    disparity.offset = -12;
-    CHECK(depth_form(disparity, Storage::uint16).background == 12u);
 }
 
 TEST_CASE("form: a pole beside an uneven depth range is summed as it stands", "[form]") {

@@ -2,8 +2,7 @@
 // values that a file gives to frames.
 #include "io_files.hpp"
 
-#include "sequence/frame_pattern.hpp"
-#include "sequence/frame_values.hpp"
+#include "sequence/frames.hpp"
 
 #include <fathom/error.hpp>
 

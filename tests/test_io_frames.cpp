@@ -275,13 +275,6 @@ TEST_CASE("frames: a stop finishes the frames in work, and begins no other") {
     CHECK(reported == first_numbers(begun));
 }
 
-TEST_CASE("frames: stopped from the beginning, nothing is begun") {
-    bool touched = false;
-    CHECK(fathom::for_each_frame<Frame>(3, {.read = [&](std::size_t, Frame&) { touched = true; }},
-                                        {.stop = [] { return true; }}) == 0);
-    CHECK_FALSE(touched);
-}
-
 TEST_CASE("frames: what report throws ends all work and comes out") {
     const std::size_t memory = GENERATE(std::size_t{0}, std::size_t{1});
     const bool apart = GENERATE(false, true);

@@ -248,96 +248,34 @@ TEST_CASE("presets: a grey picture of depth is no packed depth", "[presets]") {
     CHECK_NOTHROW(read_depth(folder / "sky.png", {.packing = Packing::rgb_red_low}));
 }
 
-TEST_CASE("presets: a picture of depth in colours is no packed depth, and packed depth is", "[presets]") {
-    // A floor before two walls, z from 2 to 20.
-    constexpr int wide_px = 160, high_px = 120;
-    const auto depth = [](int x, int y) {
-        const double floor = y > 60 ? 120.0 / (y - 60 + 1e-9) : 1e9;
-        return std::min({floor, 12 + 0.03 * x, 20 - 0.05 * x});
-    };
-    const auto image = [&](int type, const auto& pixel_of) {
-        cv::Mat made(high_px, wide_px, type);
-        for (int y = 0; y < high_px; ++y)
-            for (int x = 0; x < wide_px; ++x)
-                pixel_of(depth(x, y), made.ptr(y) + static_cast<std::size_t>(x) * made.elemSize());
-        return made;
-    };
+TEST_CASE("presets: 16 bits in two channels, and fractions in four, are packed depth", "[presets]") {
     const TempFolder folder;
-    const auto read = [&](const cv::Mat& pixels, Packing packing) {
-        REQUIRE(cv::imwrite((folder / "a.png").string(), pixels));
-        return read_depth(folder / "a.png", {.packing = packing});
+    const auto saved = [&](int type, const auto& pixel_of) { // a floor before two walls, z from 2 to 20
+        cv::Mat made(120, 160, type);
+        for (int y = 0; y < made.rows; ++y)
+            for (int x = 0; x < made.cols; ++x)
+                pixel_of(std::min({y > 60 ? 120.0 / (y - 60) : 1e9, 12 + 0.03 * x, 20 - 0.05 * x}),
+                         made.ptr(y) + static_cast<std::size_t>(x) * made.elemSize());
+        REQUIRE(cv::imwrite((folder / "a.png").string(), made));
     };
-    const auto ramp = [](double v) { return static_cast<std::uint8_t>(255 * std::clamp(v, 0.0, 1.0)); };
-    const auto jet = image(CV_8UC3, [&](double z, std::uint8_t* bgr) {
-        for (int c = 0; c < 3; ++c)
-            bgr[c] = ramp(1.5 - std::abs(4 * z / 20 - (c + 1)));
-    });
-    const auto hue = image(CV_8UC3, [&](double z, std::uint8_t* bgr) {
-        for (int c = 0; c < 3; ++c)
-            bgr[c] = ramp(std::abs(std::fmod(6 * z / 20 + 4 - 2 * c, 6.0) - 3) - 1);
-    });
-    const auto bytes = [&](double largest) { // B the highest
-        return image(CV_8UC3, [=](double z, std::uint8_t* bgr) {
-            const auto code = static_cast<std::uint32_t>(z / largest * 16777215);
-            for (int c = 0; c < 3; ++c)
-                bgr[c] = static_cast<std::uint8_t>(code >> (16 - 8 * c));
+    for (const bool red_is_low : {false, true}) { // in the upper two bytes
+        saved(CV_8UC3, [&](double z, std::uint8_t* bgr) {
+            const auto code = static_cast<std::uint32_t>(z * 1000);
+            bgr[red_is_low ? 0 : 2] = static_cast<std::uint8_t>(code >> 8);
+            bgr[1] = static_cast<std::uint8_t>(code), bgr[red_is_low ? 2 : 0] = 0;
         });
-    };
-    const auto words = image(CV_8UC3, [](double z, std::uint8_t* bgr) { // 16 bits in the upper two bytes
-        const auto code = static_cast<std::uint32_t>(z * 1000);
-        bgr[0] = static_cast<std::uint8_t>(code >> 8), bgr[1] = static_cast<std::uint8_t>(code), bgr[2] = 0;
-    });
-    for (const cv::Mat& painted : {jet, hue})
-        for (const Packing packing : {Packing::rgb_red_low, Packing::rgb_red_high})
-            check_says([&] { read(painted, packing); }, {"a.png", "like the colours of a picture", "save raw depth"});
-    REQUIRE(cv::imwrite((folder / "a.png").string(), jet));
-    CHECK(refusal([&] { read_depth(folder / "a.png"); }).find("packing") == std::string::npos);
-    for (const double largest : {20.0, 100.0, 1000.0})
-        CHECK_NOTHROW(read(bytes(largest), Packing::rgb_red_low));
-    CHECK_NOTHROW(read(words, Packing::rgb_red_low));
-
-    // The four bytes of a float are not those of a fraction, nor are three of them a number.
-    for (const bool red_is_lowest : {false, true}) {
-        const Packing packing = red_is_lowest ? Packing::rgba_red_low : Packing::rgba_red_high;
-        const auto four = [&](auto bits_of) {
-            return image(CV_8UC4, [=](double z, std::uint8_t* bgra) {
-                const std::uint32_t bits = bits_of(z);
-                for (const auto& [place, byte] : {std::pair{2, red_is_lowest ? 0 : 3},
-                                                  {1, red_is_lowest ? 1 : 2},
-                                                  {0, red_is_lowest ? 2 : 1},
-                                                  {3, red_is_lowest ? 3 : 0}})
-                    bgra[place] = static_cast<std::uint8_t>(bits >> (8 * byte));
-            });
-        };
-        const cv::Mat of_floats = four([](double z) { return std::bit_cast<std::uint32_t>(static_cast<float>(z)); });
-        check_says([&] { read(of_floats, packing); }, {"a.png", "four bytes of floats", ".exr"});
-        check_says([&] { read(of_floats, red_is_lowest ? Packing::rgb_red_low : Packing::rgb_red_high); },
-                   {"a.png", "four bytes of floats", ".exr"});
-        CHECK_NOTHROW(read(four([](double z) { return static_cast<std::uint32_t>(z / 21 * 0x1p32); }), packing));
-        // Fractions whose bits would be those of floats from 2 to 32, which rise alike at all of the powers of two.
-        CHECK_NOTHROW(read(four([](double z) { return static_cast<std::uint32_t>((0.25 + 0.0078 * z / 21) * 0x1p32); }),
-                           packing));
-    }
-    const auto hot = [&](bool red_first) { // black, red, yellow and white from left to right
-        cv::Mat made(high_px, wide_px, CV_8UC3);
-        for (int i = 0; i < high_px * wide_px; ++i) {
-            const double part = (i % wide_px + 0.2 * (i / wide_px)) / (1.2 * wide_px);
-            auto& bgr = made.at<cv::Vec3b>(i / wide_px, i % wide_px);
-            bgr[red_first ? 2 : 0] = ramp(0.04 + 2.6 * part);
-            bgr[1] = ramp((part - 0.365) / 0.381);
-            bgr[red_first ? 0 : 2] = ramp((part - 0.746) / 0.254);
-        }
-        return made;
-    };
-    for (const bool red_first : {false, true})
-        for (const Packing packing : {Packing::rgb_red_low, Packing::rgb_red_high})
-            check_says([&] { read(hot(red_first), packing); }, {"a.png", "like the colours of a picture"});
-    cv::Mat turned(words.size(), CV_8UC3);
-    cv::mixChannels(std::vector{words}, std::vector{turned}, {0, 2, 1, 1, 2, 0});
-    CHECK_NOTHROW(read(turned, Packing::rgb_red_high));
-    for (const cv::Mat& each : {words, turned}) {
-        REQUIRE(cv::imwrite((folder / "a.png").string(), each));
+        CHECK_NOTHROW(
+            read_depth(folder / "a.png", {.packing = red_is_low ? Packing::rgb_red_low : Packing::rgb_red_high}));
         check_says([&] { read_depth(folder / "a.png"); }, {"16 bits in two of its channels", "16-bit integers"});
+    }
+    // Fractions, also those whose bits would be those of floats from 2 to 32, which rise alike at all of the powers of two.
+    for (const auto& [first, part] : {std::pair{0.0, 1.0}, {0.25, 0.0078}}) {
+        saved(CV_8UC4, [first = first, part = part](double z, std::uint8_t* bgra) {
+            const auto bits = static_cast<std::uint32_t>((first + part * z / 21) * 0x1p32);
+            for (const auto& [place, byte] : {std::pair{2, 0}, {1, 1}, {0, 2}, {3, 3}})
+                bgra[place] = static_cast<std::uint8_t>(bits >> (8 * byte));
+        });
+        CHECK_NOTHROW(read_depth(folder / "a.png", {.packing = Packing::rgba_red_low}));
     }
 }
 

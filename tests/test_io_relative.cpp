@@ -95,34 +95,6 @@ TEST_CASE("relative files: what has no order of distances is refused", "[relativ
     check_says([&] { read_relative(put(folder / "a.txt", "text")); }, {"is no image"});
 }
 
-TEST_CASE("relative files: depth is upsampled along the picture's edges", "[relative]") {
-    const cv::Mat small = scene(48, 32), truth = scene(192, 128);
-    cv::Mat color;
-    photo(192, 128).convertTo(color, CV_32FC3, 1 / 255.0);
-    const cv::Mat large = upsample_along_edges(small, color);
-    REQUIRE(large.size() == color.size());
-    int off = 0;
-    for (int y = 0; y < large.rows; ++y)
-        for (int x = 0; x < large.cols; ++x)
-            off += std::abs(large.at<float>(y, x) - truth.at<float>(y, x)) > 0.05f;
-    std::cout << "relative: " << off << " of " << large.total()
-              << " pixels off by more than 0.05 after upsampling 4 x\n";
-    CHECK(off < 200); // along the box's 400 pixels of edge, four pixels of one of the depth's each
-
-    cv::Mat slope(16, 24, CV_32FC1); // a plane stays one, but for the image's border
-    for (int y = 0; y < 16; ++y)
-        for (int x = 0; x < 24; ++x)
-            slope.at<float>(y, x) = 0.02f * static_cast<float>(x) + 0.03f * static_cast<float>(y);
-    const cv::Mat plain(64, 96, CV_32FC3, cv::Scalar::all(0.4)), fine = upsample_along_edges(slope, plain);
-    for (int y = 8; y < 56; ++y)
-        for (int x = 8; x < 88; ++x)
-            CHECK(std::abs(fine.at<float>(y, x) - (0.02f * ((static_cast<float>(x) + 0.5f) / 4 - 0.5f) +
-                                                   0.03f * ((static_cast<float>(y) + 0.5f) / 4 - 0.5f))) < 1e-5f);
-    slope.at<float>(3, 3) = NAN;
-    CHECK(std::isfinite(upsample_along_edges(slope, plain).at<float>(14, 14)));
-    CHECK(std::isnan(upsample_along_edges(cv::Mat(4, 4, CV_32FC1, cv::Scalar(NAN)), plain).at<float>(3, 3)));
-}
-
 TEST_CASE("relative program: a photograph and a network's depth need no camera", "[relative]") {
     const Folder folder;
     const std::string picture = saved(folder / "photo.png", photo()),
@@ -159,25 +131,6 @@ TEST_CASE("relative program: a photograph and a network's depth need no camera",
     check_done({"dof-masks", depth, "--relative", "low-is-near", "--blur-px", "20", "--focus-at", "1,1", "-o",
                 folder / "out/masks.exr"});
     CHECK(channel(folder / "out/masks.exr", "coc").at<float>(32, 48) > 10); // low is near: the box is far behind
-}
-
-TEST_CASE("relative program: the nearest plateau of 8 bits has a depth, and a narrow range warns", "[relative]") {
-    const Folder folder;
-    cv::Mat bump(48, 96, CV_8UC1);
-    for (int y = 0; y < bump.rows; ++y)
-        for (int x = 0; x < bump.cols; ++x)
-            bump.at<uchar>(y, x) = static_cast<uchar>(std::clamp(262 - 3 * std::hypot(x - 48.0, y - 24.0), 0.0, 255.0));
-    const std::string depth = saved(folder / "bump.png", bump), picture = saved(folder / "photo.png", photo(96, 48));
-    const Arguments blur{"dof", depth, "--relative", "high-is-near", "--color", picture, "--blur-px", "24", "-o"};
-    check_done(joined(blur, {folder / "out/a.exr", "--focus-at", "48,24"}));
-    CHECK(cv::checkRange(read_color(folder / "out/a.exr")));
-    const std::string narrow = saved(folder / "narrow.png", as(scene(), CV_16U, 900));
-    const Outcome outcome =
-        run({"dof", narrow, "--relative", "high-is-near", "--color", saved(folder / "p.png", photo()), "--blur-px",
-             "24", "--focus-at", "4,4", "-o", folder / "out/b.exr"});
-    CHECK(outcome.code == 0);
-    CHECK(contains(outcome.err, "warning: "));
-    CHECK(contains(outcome.err, "--relative-range"));
 }
 
 TEST_CASE("relative program: what is wrong is told in one line", "[relative]") {

@@ -3,7 +3,7 @@
 #include "own_context.hpp"
 #include "test_device.hpp"
 
-#include "runtime/launched.hpp"
+#include "runtime/launch.hpp"
 #include "runtime/state.hpp"
 
 #include <fathom/fathom.hpp>

@@ -598,36 +598,3 @@ TEST_CASE("linearize: distance along the ray is within its bound, of every encod
             CHECK(worst <= linearize_ulp_ray_distance + (exponential ? linearize_ulp_exponential : 0));
         }
 }
-
-TEST_CASE("linearize: distance along the ray decodes again to the depth, however the camera stands", "[linearize]") {
-    constexpr int width = 61, height = 33;
-    const Eigen::Matrix4d matrix = oracle::perspective_matrix(0.7, 0.5, 0.1, 100);
-    for (const Eigen::Matrix4d& any :
-         {matrix, oracle::tilted(matrix, 0.2, -0.1), oracle::moved(matrix, {0.3, 0.1, -0.2})}) {
-        Camera camera;
-        camera.projection = from_matrix(any);
-        camera.width = width, camera.height = height;
-        std::vector<float> stored(width * height), z(stored.size()), distance(stored.size()), again(stored.size());
-        for (std::size_t i = 0; i < stored.size(); ++i)
-            stored[i] = 0.5f + 0.4f * static_cast<float>(i) / static_cast<float>(stored.size());
-        const StoredDepth depth{Image::from_host(oracle::device(), Element::f32, stored.data(), {width, height}),
-                                camera};
-        linearize(depth).image.download(z.data());
-        const Image along = linearize(depth, {.as = Along::ray}).image;
-        along.download(distance.data());
-        camera.encoding = Encoding::ray_distance;
-        linearize({along, camera}).image.download(again.data());
-        for (std::size_t i = 0; i < stored.size(); ++i) {
-            CHECK(again[i] == Approx(z[i]).epsilon(1e-6));
-            CHECK(distance[i] > 0);
-        }
-    }
-    Camera camera; // parallel rays
-    camera.projection = orthographic({-1, 1, -1, 1}, {0, 10});
-    camera.width = camera.height = 1;
-    camera.encoding = Encoding::view_z;
-    float stored = 3.7f, got = 0;
-    linearize({Image::from_host(oracle::device(), Element::f32, &stored, {1, 1}), camera}, {.as = Along::ray})
-        .image.download(&got);
-    CHECK(got == stored);
-}

@@ -233,24 +233,6 @@ TEST_CASE("near field: a plane covers itself once, and its edge as a blurred hal
     }
 }
 
-TEST_CASE("near field: only what is asked for is there", "[near_field]") {
-    Picture picture = blobs(9, 5, 10, 3);
-    const Device device = test_device();
-    const StoredDepth stored{Image::from_host(device, Element::f32, picture.depth.data(), {9, 5}), camera_of(9, 5)};
-    const DofMasks plain = dof_masks(stored, circle);
-    CHECK(!plain.max_near_coc);
-    CHECK(!plain.near_alpha);
-    CHECK(!plain.disocclusion);
-    CHECK(!plain.tile_min_coc);
-    const DofMasks hidden = dof_masks(stored, circle, {.disocclusion = true});
-    CHECK(!hidden.near_alpha);
-    CHECK(!hidden.near_weight);
-    CHECK(floats(hidden.disocclusion) == masks_of(picture, everything()).hidden);
-    const DofMasks greatest = dof_masks(stored, circle, {.tile_px = 7, .tile_max_coc = true});
-    CHECK(!greatest.tile_min_coc);
-    CHECK(floats(greatest.tile_max_coc) == masks_of(picture, everything()).greatest);
-}
-
 TEST_CASE("dof_masks: images of the caller's that do not fit are refused", "[dof_masks][near_field]") {
     const int width = 53, height = 37;
     Picture picture = blobs(width, height, 20, 9);

@@ -388,29 +388,6 @@ TEST_CASE("normals: spheres, boxes and whole scenes, by method and storage", "[n
     }
 }
 
-TEST_CASE("normals: a sensor's noise is told by its tolerance", "[normals]") {
-    // Millimetres whose error is evenly spread over ± 4 of them, a wall and a floor 2 metres away.
-    Camera camera = camera_of(perspective(1.0, 4.0 / 3, {0.1, 100}), 320, 240);
-    camera.encoding = Encoding::view_z;
-    camera.scale = 0.001;
-    const scene::Rendered truth =
-        scene::render({scene::Plane{{0, -0.7, 0}, {0, 1, 0}}, scene::Plane{{0, 0, -2.5}, {0.2, 0, 1}}}, camera);
-    std::mt19937 random(4);
-    std::uniform_real_distribution<double> noise(-4, 4);
-    std::vector<std::uint16_t> codes;
-    for (const double z : truth.z)
-        codes.push_back(static_cast<std::uint16_t>(std::lround(z * 1000 + noise(random))));
-    const StoredDepth stored = stored_of(codes, camera, Storage::uint16);
-    const Score nearest = score(normals_of(stored, {.method = NormalMethod::neighbours}), truth);
-    const Score plain = score(normals_of(stored, {.method = NormalMethod::least_squares}), truth);
-    const Score told = score(normals_of(stored, {.method = NormalMethod::least_squares, .tolerance = 9}), truth);
-    std::printf(
-        "normals of depth with noise of 4 mm: neighbours %.2f degrees, least squares %.2f, with its tolerance %.2f\n",
-        nearest.mean, plain.mean, told.mean);
-    CHECK(told.mean < 0.5 * plain.mean);
-    CHECK(told.mean < 0.5 * nearest.mean);
-}
-
 TEST_CASE("normals: planes under a sensor's noise", "[normals][noise]") {
     const Camera camera = sensor();
     const int radius = window_radius(camera, sensor_noise);
@@ -555,17 +532,6 @@ TEST_CASE("normals: options that do not fit are refused, and the method follows 
     CHECK(chosen_method({}, stored_of(values, read_back)) == NormalMethod::least_squares);
     const std::vector<std::uint16_t> codes(64, 30000);
     CHECK(chosen_method({}, stored_of(codes, camera, Storage::uint16)) == NormalMethod::least_squares);
-}
-
-TEST_CASE("normals: view depth gives those of the stored depth", "[normals]") {
-    const Camera camera = camera_of(perspective(1.0, 4.0 / 3, {0.1, 100}), 96, 64);
-    const scene::Rendered truth = scene::render(sphere, camera);
-    const StoredDepth stored = stored_of(truth.stored, camera);
-    const Result of_view = normals_of(linearize(stored).stored()), of_stored = normals_of(stored);
-    for (int y = 0; y < camera.height; ++y)
-        for (int x = 0; x < camera.width; ++x)
-            REQUIRE(of_view.validity(x, y) == of_stored.validity(x, y));
-    CHECK(std::abs(score(of_view, truth).mean - score(of_stored, truth).mean) < 0.02);
 }
 
 TEST_CASE("stability: normals of images that are all border", "[normals][stability]") {

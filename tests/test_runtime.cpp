@@ -156,16 +156,6 @@ TEST_CASE("runtime: options of a device have a range", "[runtime]") {
     CHECK(Device::open("cpu", {.arithmetic = Arithmetic::two_float}).options().arithmetic == Arithmetic::two_float);
 }
 
-TEST_CASE("runtime: a device taken from the caller's own context works like an opened one", "[runtime]") {
-    const cl::Context& context = runtime::context_of(device());
-    const auto devices = context.getInfo<CL_CONTEXT_DEVICES>();
-    const Device own(context(), devices.front()(), cl::CommandQueue(context, devices.front())());
-    const std::vector<float> stored{0.0f};
-    std::vector<float> depth(1);
-    linearize({Image::from_host(own, Element::f32, stored.data(), {1, 1}), camera(1, 1)}).image.download(depth.data());
-    CHECK(depth[0] == 1);
-}
-
 TEST_CASE("runtime: a launch refuses arguments that the kernel does not declare", "[runtime]") {
     const Image floats(device(), Element::f32, {4, 4}), shorts(device(), Element::u16, {4, 4});
     const params::grid_params grid{};
@@ -239,16 +229,6 @@ TEST_CASE("runtime: an image from host memory is that memory on a CPU", "[runtim
     CHECK(std::isnan(depth[4]));
     result.download(depth.data());
     CHECK(depth[0] == 1);
-}
-
-TEST_CASE("runtime: memory that is not aligned to its element is copied, and decoded all the same", "[runtime]") {
-    std::vector<char> bytes(4 * 9 + 1);
-    const std::vector<float> values(9, 0.0f);
-    std::memcpy(bytes.data() + 1, values.data(), 36);
-    std::vector<float> depth(9);
-    linearize({Image::from_host(device(), Element::f32, bytes.data() + 1, {9, 1}), camera(9, 1)})
-        .image.download(depth.data());
-    CHECK(std::all_of(depth.begin(), depth.end(), [](float z) { return z == 1; }));
 }
 
 TEST_CASE("runtime: a result on a part of its input's host memory is refused, on all of it the call is in place",

@@ -64,24 +64,6 @@ TEST_CASE("scene: every surface projects back to its pixel and its stored depth"
     }
 }
 
-TEST_CASE("scene: a plane lies where its equation says, whatever the projection", "[scene]") {
-    const scene::Plane plane{{0, 0, -5}, {0.5, 0.3, 1}};
-    for (const Camera& camera : cameras()) {
-        const double ahead = camera.projection.convention.view_axes == ViewAxes::opengl ? -1 : 1;
-        const double up = camera.projection.convention.view_axes == ViewAxes::opencv ? -1 : 1;
-        const auto image = scene::render({plane}, camera);
-        double worst = 0;
-        for (std::size_t i = 0; i < image.z.size(); ++i)
-            if (std::isfinite(image.z[i])) {
-                const Vector3d& p = image.position[i];
-                const Vector3d in_opengl(p.x(), up * p.y(), -ahead * p.z());
-                worst = std::max(worst, std::abs(plane.normal.dot(in_opengl - plane.point)) / p.norm());
-                REQUIRE(image.z[i] == ahead * p.z());
-            }
-        REQUIRE(worst < rounding);
-    }
-}
-
 TEST_CASE("scene: the nearest surface behind the near plane is the one that is seen", "[scene]") {
     const scene::Scene nested{scene::Sphere{{0, 0, -5}, 2}, scene::Sphere{{0, 0, -5}, 1},
                               scene::Disk{{0, 0, -2}, {0, 0, 1}, 1}, scene::Box{{0, 0, -5}, {0.1, 0.1, 0.1}, 0.4}};
@@ -99,33 +81,6 @@ TEST_CASE("scene: the nearest surface behind the near plane is the one that is s
     CHECK_FALSE(scene::cast(nested, behind, 15.5, 11.5).has_value());
 }
 
-TEST_CASE("scene: hills are met where the ray's height is theirs", "[scene]") {
-    const auto hills = std::get<scene::HeightField>(scene::terrain().front());
-    const auto image = scene::render({hills}, with(perspective(std::numbers::pi / 3, 1.3, {0.1, infinity}), 64, 48));
-    for (const Vector3d& p : image.position) {
-        double y = hills.base;
-        for (const auto& wave : hills.waves)
-            y += wave.amplitude * std::sin(wave.kx * p.x() + wave.kz * p.z() + wave.phase);
-        REQUIRE((std::isnan(p.y()) || std::abs(p.y() - y) < rounding * p.norm()));
-    }
-}
-
-TEST_CASE("scene: a bowl is the part of a sphere below its rim", "[scene]") {
-    // Open towards the camera, its lowest point at z = 7, its rim 1.5 above.
-    const scene::Bowl bowl{{0, 0, -5}, 2, {0, 0, 1}, 1.5};
-    const double rim = std::sqrt(2 * 2 - 0.5 * 0.5);
-    const auto seen = [&](double x) {
-        return scene::cast({bowl}, with(orthographic({-4, 4, -4, 4}, {0, 20})), x, 11.5);
-    };
-    const auto pixel = [](double x) { return (x / 8 + 0.5) * 31; };
-    REQUIRE(seen(pixel(0)));
-    CHECK(seen(pixel(0))->z == Approx(7));
-    CHECK((seen(pixel(0))->normal - Vector3d(0, 0, 1)).norm() < rounding);
-    REQUIRE(seen(pixel(rim - 1e-6)));
-    CHECK(seen(pixel(rim - 1e-6))->z == Approx(5.5));
-    CHECK_FALSE(seen(pixel(rim + 1e-6)));
-}
-
 TEST_CASE("scene: a free ray is blocked within its length, from either side of a surface", "[scene]") {
     const scene::Scene scene{scene::Plane{{0, 0, -5}, {0, 0, 1}}, scene::Sphere{{0, 3, 0}, 1},
                              scene::Bowl{{0, -5, 0}, 2, {0, 1, 0}, 1}};
@@ -141,75 +96,4 @@ TEST_CASE("scene: a free ray is blocked within its length, from either side of a
     CHECK_FALSE(scene::blocked(scene, {0, -6.5, 0}, up, 4)); // out of the bowl
     CHECK(scene::blocked(scene, {0, -6.5, 0}, -up));
     CHECK(scene::blocked(scene, {0, -8, 0}, up, 1)); // into its outside
-}
-
-TEST_CASE("scene: a caster's rays lead to what it sees", "[scene]") {
-    for (const Camera& camera : cameras()) {
-        const scene::Caster caster(scene::room(), camera);
-        for (const auto& [x, y] : {std::pair{3.25, 7.5}, {15.5, 11.5}, {30.9, 0.1}}) {
-            const scene::Ray ray = caster.ray(x, y);
-            const auto seen = caster.at(x, y);
-            const auto cast = scene::cast(scene::room(), camera, x, y);
-            REQUIRE(seen.has_value() == cast.has_value());
-            if (seen) {
-                CHECK(seen->position == cast->position);
-                CHECK((seen->position - ray.origin).cross(ray.direction.normalized()).norm() < rounding * 10);
-                const double t = (seen->position - ray.origin).dot(ray.direction) / ray.direction.squaredNorm();
-                CHECK((ray.first <= t && t <= ray.last));
-            }
-        }
-    }
-}
-
-TEST_CASE("scene: encodings hold their definitions", "[scene]") {
-    Camera camera = with(perspective(std::numbers::pi / 3, 1.3, {1, 100}));
-    camera.near_plane = 1;
-    camera.far_plane = 100;
-    camera.median = 10;
-    camera.log_c = 0.5;
-    const auto stored = [&](Encoding encoding) {
-        camera.encoding = encoding;
-        return *scene::cast(scene::slant(), camera, 3.5, 4.5);
-    };
-    const double z = stored(Encoding::view_z).z;
-    CHECK(stored(Encoding::view_z).stored == z);
-    CHECK(stored(Encoding::ray_distance).stored == Approx(stored(Encoding::view_z).position.norm()).epsilon(1e-15));
-    CHECK(stored(Encoding::window).stored == Approx(100 * (z - 1) / (99 * z)).epsilon(1e-14));
-    CHECK(stored(Encoding::linear).stored == Approx((z - 1) / 99).epsilon(1e-15));
-    CHECK(stored(Encoding::logarithmic).stored == Approx(std::log(z / 2 + 1) / std::log(51)).epsilon(1e-14));
-    CHECK(stored(Encoding::exponential).stored == Approx(std::log(z) / std::log(100)).epsilon(1e-14));
-    CHECK(stored(Encoding::median).stored == Approx(z / (z + 10)).epsilon(1e-14));
-    CHECK(stored(Encoding::inverse).stored == Approx(1 / z).epsilon(1e-15));
-}
-
-TEST_CASE("scene: rows, axes and mirrors change the image as they should", "[scene]") {
-    const auto projection = perspective(std::numbers::pi / 3, 1.3, {0.1, 500});
-    const auto plain = scene::render(scene::room(), with(projection));
-    Camera flipped = with(projection);
-    flipped.rows = Rows::bottom_up;
-    const auto upside_down = scene::render(scene::room(), flipped);
-    Camera mirrored = with(projection);
-    mirrored.view = Eigen::Vector4d(-1, 1, 1, 1).asDiagonal();
-    const auto mirror = scene::render(scene::room(), mirrored);
-    for (int y = 0; y < plain.height; ++y)
-        for (int x = 0; x < plain.width; ++x) {
-            const auto at = [&](int column, int row) { return static_cast<std::size_t>(row * plain.width + column); };
-            REQUIRE(upside_down.z[at(x, plain.height - 1 - y)] == Approx(plain.z[at(x, y)]).epsilon(1e-10));
-            REQUIRE(mirror.z[at(plain.width - 1 - x, y)] == Approx(plain.z[at(x, y)]).epsilon(1e-10));
-        }
-}
-
-TEST_CASE("scene: codes are the stored value on the buffer's grid", "[scene]") {
-    const Camera camera = with(perspective(std::numbers::pi / 3, 1.3, {0.1, 50}));
-    const auto image = scene::render(scene::spheres(), camera);
-    const auto d16 = scene::codes16(image, camera);
-    const auto d24 = scene::codes24(image, camera);
-    const auto floats = scene::read_back(image, DepthBits::d16);
-    for (std::size_t i = 0; i < d16.size(); ++i) {
-        REQUIRE(std::abs(d16[i] / 65535.0 - image.exact[i]) <= 0.5000001 / 65535);
-        REQUIRE(std::abs(d24[i] / 16777215.0 - image.exact[i]) <= 0.5000001 / 16777215);
-        REQUIRE(floats[i] == static_cast<float>(d16[i] / 65535.0));
-    }
-    CHECK(d16.front() == 0xFFFF); // the sky
-    CHECK(d24.front() == 0xFFFFFF);
 }

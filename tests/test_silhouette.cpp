@@ -4,8 +4,8 @@
 #include "images.hpp"
 #include "judge.hpp"
 #include "occlusion.hpp"
-#include "operations/ssao/silhouette.hpp"
-#include "operations/ssao/ssao_parameters.hpp"
+#include "operations/ssao/ssao_call.hpp"
+#include "operations/ssao/ssao_method.hpp"
 #include "scene/scene.hpp"
 
 #include <fathom/fathom.hpp>

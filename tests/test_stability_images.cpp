@@ -308,16 +308,16 @@ TEST_CASE("stability: positions far from the world's origin keep their digits ar
     }
 }
 
-TEST_CASE("stability: what cannot be decoded or placed is refused", "[stability]") {
+TEST_CASE("stability: what cannot be placed is refused", "[stability]") {
     const Device& device = oracle::device();
     const Camera camera = camera_of(perspective(1.0, 1.5, {0.1, 100}), 8, 4);
-    const Image image(device, Element::f32, {8, 4}), codes(device, Element::u16, {8, 4});
-    const auto said = [&](auto change, Storage storage = Storage::float32) {
+    const Image image(device, Element::f32, {8, 4});
+    const auto said = [&](auto change) {
         Camera changed = camera;
         UnprojectOptions options{.space = Space::world};
         changed.view = Eigen::Matrix4d::Identity();
         change(changed, options);
-        return refusal([&] { unproject({image, changed, storage}, options); });
+        return refusal([&] { unproject({image, changed}, options); });
     };
     CHECK(said([](Camera&, UnprojectOptions&) {}) == "");
     device.finish(); // PoCL crashes where a program ends while a kernel is still being compiled
@@ -327,17 +327,6 @@ TEST_CASE("stability: what cannot be decoded or placed is refused", "[stability]
     CHECK(contains(said([](Camera& c, UnprojectOptions&) { (*c.view)(0, 3) = HUGE_VAL; }), "must be finite"));
     CHECK(contains(said([](Camera& c, UnprojectOptions&) { c.view.reset(); }), "need the camera's view matrix"));
     CHECK(contains(said([](Camera&, UnprojectOptions& o) { o.origin.y() = std::nan(""); }), "three finite numbers"));
-    CHECK(contains(said([](Camera& c, UnprojectOptions&) { c.width = 7; }), "does not fit the camera's 7 x 4"));
-    CHECK(contains(said([](Camera& c, UnprojectOptions&) { c.height = 3; }), "does not fit the camera's 8 x 3"));
-    CHECK(contains(said([](Camera& c, UnprojectOptions&) { c.width = 0; }), "0 x 4"));
-    CHECK(contains(said([](Camera& c, UnprojectOptions&) { c.depth_range = {0.5, 0.5}; }), "its ends must differ"));
-    CHECK(contains(said([](Camera&, UnprojectOptions&) {}, Storage::uint16), "uint16 takes 1 16-bit integer"));
-    CHECK(contains(refusal([&] { linearize({codes, camera}); }), "float32 takes 1 float"));
-    CHECK(contains(refusal([&] { linearize({codes, camera, Storage::uint16}, codes); }), "it must hold 1 float"));
-    CHECK(contains(refusal([&] { linearize({image, camera}, codes); }), "it must hold 1 float"));
-    CHECK(contains(refusal([&] { unproject({image, camera}, image); }), "it must hold 3 floats"));
-    CHECK(contains(refusal([&] { image.region(1, 0, 8, 4); }), "reaches beyond the image of 8 x 4"));
-    CHECK(contains(refusal([&] { linearize({Image(), camera}); }), "has no image"));
 
     // Orthographic rays at right angles to the view axis: their points have no depth of their own.
     Eigen::Matrix4d sideways = orthographic({-1, 1, -1, 1}, {1, 10}).matrix.cast<double>();

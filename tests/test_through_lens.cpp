@@ -171,46 +171,6 @@ TEST_CASE("unproject: whatever depth through a lens counts along, positions are 
     }
 }
 
-TEST_CASE("unproject: through a lens every vector width, group, arithmetic and part has the same bits",
-          "[lens][unproject]") {
-    for (const std::size_t which : {0u, 2u, 9u, 11u}) {
-        Camera camera = lens_subjects().at(which).camera;
-        camera.encoding = Encoding::inverse; // a quotient
-        camera.along = which == 11 ? Along::ray : Along::axis;
-        std::vector<float> values(static_cast<std::size_t>(camera.width * camera.height));
-        std::mt19937 random(5);
-        for (float& value : values)
-            value = 0.05f + static_cast<float>(random() % 1000) / 700.0f;
-        const auto positions = [&](const DeviceOptions& options, int x, int y, int width, int height) {
-            const Device device = test_device(options);
-            std::vector<float> part;
-            for (int row = y; row < y + height; ++row)
-                for (int column = x; column < x + width; ++column)
-                    part.push_back(values[static_cast<std::size_t>(row * camera.width + column)]);
-            std::vector<float> result(part.size() * 3);
-            const Image image = Image::from_host(device, Element::f32, part.data(), {width, height});
-            unproject({image, camera, Storage::float32, x, y}).download(result.data());
-            return result;
-        };
-        const std::vector<float> whole = positions({}, 0, 0, camera.width, camera.height);
-        for (const DeviceOptions& options : {DeviceOptions{.vector_width = 1},
-                                             {.vector_width = 4},
-                                             {.vector_width = 8},
-                                             {.vector_width = 16},
-                                             {.group_size = 1},
-                                             {.group_size = 256},
-                                             {.arithmetic = Arithmetic::two_float}})
-            CHECK(images::same_bits(positions(options, 0, 0, camera.width, camera.height), whole));
-        const std::vector<float> part = positions({}, 137, 61, 101, 67);
-        std::vector<float> of_whole;
-        for (int row = 61; row < 61 + 67; ++row) {
-            const auto begin = whole.begin() + 3 * (row * camera.width + 137);
-            of_whole.insert(of_whole.end(), begin, begin + 3 * 101);
-        }
-        CHECK(images::same_bits(part, of_whole));
-    }
-}
-
 TEST_CASE("unproject: a pixel of a map of rays has its position, whatever its neighbours have", "[lens][unproject]") {
     const Device device = test_device();
     const Camera fisheye = lens_subjects().at(4).camera;

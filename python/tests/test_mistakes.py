@@ -18,24 +18,15 @@ DEPTHS = {
         lambda d: d.astype(numpy.int32),
         r"depth: its dtype is int32; .*as .astype\(numpy.uint16\) makes it of numbers from 0 to 65535",
     ),
-    "int64": (
-        lambda d: d.astype(numpy.int64),
-        r"depth: its dtype is int64; .*as .astype\(numpy.uint16\) makes it of numbers from 0 to 65535",
-    ),
     "bool": (lambda d: d > 0, "depth: its dtype is bool; .*that is a mask"),
     "BGRA": (lambda d: numpy.zeros((HEIGHT, WIDTH, 4), numpy.uint8), r"uint8 in 4 channels; .*\[\.\.\., :3\]"),
     "too large": (
         lambda d: numpy.broadcast_to(numpy.zeros(1, numpy.uint8), (1, 2**31)),
         r"depth: its shape is \(1, 2147483648\); a side may be 1 to 1073741824",
     ),
-    "complex": (lambda d: d.astype(numpy.complex64), "depth: its dtype is complex64"),
-    "text": (lambda d: d.astype(str), "depth: its dtype is <U5"),
     "objects": (lambda d: d.astype(object), "depth: its dtype is object"),
     "no rows": (lambda d: d[:0], r"depth: its shape is \(0, 96\); a side may be 1 to"),
-    "no columns": (lambda d: d[:, :0], r"depth: its shape is \(64, 0\)"),
-    "no channels": (lambda d: d[..., None][..., :0], r"depth: its shape is \(64, 96, 0\)"),
     "one dimension": (lambda d: d.ravel(), r"depth: its shape is \(6144,\); it must be \(height, width\)"),
-    "four dimensions": (lambda d: d[None, ..., None], "depth: its shape is"),
     "two channels": (lambda d: numpy.stack([d, d], -1), "depth: it holds uint16 in 2 channels; depth has one channel"),
     "bytes": (
         lambda d: (d >> 8).astype(numpy.uint8),
@@ -114,56 +105,15 @@ def test_the_second_out_is_checked_before_the_first_is_written(millimetres, kine
 
 
 CALLS = {
-    "a number for a word": (
-        lambda d, c: fathom.ssao(d, c, 0.3, quality=3),
-        "quality = 3 is unknown; it is fast, balanced or accurate",
-    ),
     "storage": (
         lambda d, c: fathom.linearize(d, c, storage="uint8"),
         "depth: it holds uint16, which the storage 'uint8' does not",
     ),
     "no radius": (lambda d, c: fathom.ssao(d, c), 'radius: missing, and the camera has no "ao_distance"'),
-    "too many slices": (
-        lambda d, c: fathom.ssao(d, c, 0.3, slices=2**40),
-        "slices = 1099511627776 must be a whole number from 1 to 64",
-    ),
-    "half a slice": (
-        lambda d, c: fathom.ssao(d, c, 0.3, slices=2.5),
-        "slices = 2.5 must be a whole number from 1 to 64",
-    ),
-    "focus along a ray outside": (
-        lambda d, c: fathom.dof_masks(d, c, focus_along=(-1, 0, 2), f_stop=2, sensor_mm=36),
-        "focus_along = .-1, 0. lies outside the image of 96 x 64",
-    ),
-    "region": (
-        lambda d, c: fathom.ssao(d, c, 0.3, region=(90, 0, 10, 10)),
-        "region = .90, 0, 10, 10. reaches beyond the image of",
-    ),
-    "no f_stop": (lambda d, c: fathom.dof_masks(d, c, focus=2), 'f_stop: missing, and the camera has no "f_stop"'),
-    "no focus": (
-        lambda d, c: fathom.dof_masks(d, c, f_stop=2),
-        'focus: missing, and the camera has no "focus_distance"',
-    ),
-    "two focuses": (
-        lambda d, c: fathom.dof_masks(d, c, focus=2, focus_at=(1, 2), f_stop=2),
-        "focus_at and focus exclude each other: give one of the two",
-    ),
-    "circle and lens": (lambda d, c: fathom.dof_masks(d, c, focus=2, circle=(1, 2)), "circle and focus exclude each other"),
-    "focus on nothing": (lambda d, c: fathom.dof_masks(d, c, focus_at=(0, 0), f_stop=2, sensor_mm=36), "invalid"),
-    "half a clean plate": (
-        lambda d, c: fathom.dof(
-            d, c, numpy.zeros((HEIGHT, WIDTH, 3), numpy.float32), circle=(1, 1), clean_plate_depth=d
-        ),
-        ": is of no use without ",
-    ),
     "a grey picture": (lambda d, c: fathom.fog(d, c, numpy.zeros((HEIGHT, WIDTH), numpy.float32), 0.1), "channels"),
     "a picture of float64": (
         lambda d, c: fathom.fog(d, c, numpy.zeros((HEIGHT, WIDTH, 3)), 0.1),
         r"color: its dtype is float64; it must be float32, float16, uint16 or uint8, as .astype\(numpy.float32\)",
-    ),
-    "a picture of uint32": (
-        lambda d, c: fathom.fog(d, c, numpy.zeros((HEIGHT, WIDTH, 3), numpy.uint32), 0.1),
-        "color: its dtype is uint32; it must be float32, float16, uint16 or uint8",
     ),
     "a picture of numbers": (
         lambda d, c: fathom.fog(d, c, numpy.zeros((HEIGHT, WIDTH, 3), "U1"), 0.1),
@@ -177,20 +127,9 @@ CALLS = {
         lambda d, c: fathom.ssao(d, c, 0.3, normals=numpy.zeros((HEIGHT, WIDTH, 3))),
         "normals: its dtype is float64; it must be float32, as",
     ),
-    "another picture by name": (
-        lambda d, c: fathom.fog(d, c, numpy.zeros((9, 9, 3), numpy.float32), 0.1),
-        "^color .*9 x 9 pixels",
-    ),
-    "f_stop": (lambda d, c: fathom.dof_masks(d, c, focus=2, f_stop=-1, sensor_mm=36), "^f_stop = -1 must be"),
-    "sensor_mm": (lambda d, c: fathom.dof_masks(d, c, focus=2, f_stop=2, sensor_mm=-36), "^sensor_mm = -36 must be"),
-    "no sensor": (lambda d, c: fathom.dof_masks(d, c, focus=2, f_stop=2), "focal_length_mm: missing, .*give it or sensor_mm"),
     "fog of bytes": (
         lambda d, c: fathom.fog(d, c, numpy.zeros((HEIGHT, WIDTH, 3), numpy.uint8), 0.1, fog_color=(128, 153, 179)),
         r"fog_color = \(128.0, 153.0, 179.0\): .*0 to 1 for uint8, too; divide by 255",
-    ),
-    "fog of codes": (
-        lambda d, c: fathom.fog(d, c, numpy.zeros((HEIGHT, WIDTH, 3), numpy.uint16), 0.1, fog_color=(0, 1, 2)),
-        "divide by 65535",
     ),
     "a tuple for one result": (
         lambda d, c: fathom.linearize(d, c, out=(numpy.zeros((HEIGHT, WIDTH), numpy.float32),)),
@@ -198,25 +137,9 @@ CALLS = {
     ),
     "device": (lambda d, c: fathom.linearize(d, c, device=3.5), "device: 3.5 is none"),
     "thickness of codes": (lambda d, c: fathom.ssao(d, c, 0.3, thickness=d), "thickness: its dtype is uint16"),
-    "thickness of another size": (
-        lambda d, c: fathom.ssao(d, c, 0.3, thickness=numpy.zeros((9, 9), numpy.float32)),
-        "9 x 9 pixels",
-    ),
     "thickness of a word": (
         lambda d, c: fathom.ssao(d, c, 0.3, thickness="thin"),
         "thickness = 'thin' is unknown; it is a number, an array, 'silhouette' or a fathom.BackDepth",
-    ),
-    "quality and tolerance": (
-        lambda d, c: fathom.ssao(d, c, 0.3, quality="fast", max_error=0.1),
-        "max_error and quality exclude each other: give one of the two",
-    ),
-    "samples and tolerance": (
-        lambda d, c: fathom.ssao(d, c, 0.3, samples=3, max_error=0.1),
-        "max_error and samples exclude each other",
-    ),
-    "method and tolerance": (
-        lambda d, c: fathom.normals(d, c, method="neighbours", max_error=5),
-        "max_error and method exclude each other: give one of the two",
     ),
     "a target of what is not asked for": (
         lambda d, c: fathom.ssao(
@@ -224,21 +147,10 @@ CALLS = {
         ),
         "out.confidence: is given, but the call does not ask for this result",
     ),
-    "outside": (lambda d, c: fathom.depth_at(d, c, WIDTH, 0), "pixel = .96, 0. lies outside the image of 96 x 64"),
-    "invalid": (lambda d, c: fathom.depth_at(d, c, 0, 0), "is invalid"),
-    "a peak below white": (
-        lambda d, c: fathom.restore_highlights(numpy.zeros((2, 2, 3), numpy.float32), 0.5),
-        "highlights = 0.5 must be a number from 1",
-    ),
     "light of bytes": (
         lambda d, c: fathom.restore_highlights(numpy.zeros((2, 2, 3), numpy.uint8), 2),
         "color: its dtype is uint8; it must be float32",
     ),
-    "a preset of another size": (
-        lambda d, c: fathom.preset_camera("carla:fov_x_deg=90,width=800,height=600", 640, 480),
-        "800 x 600",
-    ),
-    "no preset": (lambda d, c: fathom.preset_camera("no such", 640, 480), "is unknown"),
 }
 
 

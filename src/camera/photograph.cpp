@@ -3,10 +3,10 @@
 // with d the difference of colour between the pixel and the part of the picture that is q's. Kopf, Cohen, Lischinski and
 // Uyttendaele 2007, eq. 2; the picture is not upsampled here, so each q has a mean colour.
 
-#include "description/photograph.hpp"
-#include "camera/edge_upsampling.hpp"
-#include "camera/relative_values.hpp"
+#include "camera/photograph.hpp"
+
 #include "description/check.hpp"
+#include "description/lens.hpp"
 #include "require.hpp"
 
 #include <algorithm>

@@ -1,9 +1,7 @@
 // Relative depth. With 1/z = A + B v the circle of a thin lens, k (1 - S/z), is affine in v: blur_px (v_focus - v).
 // So no camera is needed, and an orthographic one with z affine in v stands in, whose circle g z - k is that line.
 
-#include "camera/relative_values.hpp"
-
-#include "camera/edge_upsampling.hpp"
+#include "camera/photograph.hpp"
 #include "require.hpp"
 #include "text.hpp"
 

@@ -4,7 +4,6 @@
 #include "file.hpp"
 #include "imported.hpp"
 #include "lens_key.hpp"
-#include "presets.hpp"
 
 #include <fathom/camera_file.hpp>
 #include <fathom/error.hpp>
@@ -394,6 +393,36 @@ void check_lens(Camera camera, const LensModel& lens) {
     PixelRays{camera};
 }
 
+/// The lens, for images of the size that the camera has so far.
+void read_lenses(const JsonObject& json, CameraFile& file) {
+    Camera& camera = file.camera;
+    const Size size{camera.width, camera.height};
+    if (const auto lens = io::read_lens_key(json, camera.encoding); lens && lens->law) {
+        file.lens_for = [json, lens = *lens](int width, int height) {
+            const Size of_image{width, height};
+            return io::lens_model(lens, json.has("intrinsics") ? intrinsics_of(json, of_image)
+                                        : has_lens(json)       ? intrinsics_of_lens(json, of_image)
+                                                               : Intrinsics{1, 1, 0, 0, width, height});
+        };
+        camera.lens = file.lens_for(std::max(size.width, 1), std::max(size.height, 1));
+        if (const auto map = camera.lens->map) { // read once, and for images of its size
+            file.lens_for = [model = *camera.lens](int, int) { return model; };
+            if ((camera.width && camera.width != map->width) || (camera.height && camera.height != map->height))
+                json.refuse_whole("is for " + std::to_string(camera.width) + " x " + std::to_string(camera.height) +
+                                  " pixels, and its map of rays has " + std::to_string(map->width) + " x " +
+                                  std::to_string(map->height));
+            camera.width = map->width;
+            camera.height = map->height;
+        }
+        check_lens(camera, *camera.lens);
+    }
+    if (json.has("raw_lens")) {
+        const io::LensKey raw = io::read_raw_lens(json);
+        camera.raw_lens = io::lens_model(raw, intrinsics_of(raw.own, size));
+        check_lens(camera, *camera.raw_lens);
+    }
+}
+
 CameraFile read(JsonObject json) {
     CameraFile file;
     auto& camera = file.camera;
@@ -423,30 +452,7 @@ CameraFile read(JsonObject json) {
             Camera copy = camera;
             return read_projection(json, copy, {width, height});
         };
-    if (const auto lens = io::read_lens_key(json, camera.encoding); lens && lens->law) {
-        file.lens_for = [json, lens = *lens](int width, int height) {
-            const Size of_image{width, height};
-            return io::lens_model(lens, json.has("intrinsics") ? intrinsics_of(json, of_image)
-                                        : has_lens(json)       ? intrinsics_of_lens(json, of_image)
-                                                               : Intrinsics{1, 1, 0, 0, width, height});
-        };
-        camera.lens = file.lens_for(std::max(size.width, 1), std::max(size.height, 1));
-        if (const auto map = camera.lens->map) { // read once, and for images of its size
-            file.lens_for = [model = *camera.lens](int, int) { return model; };
-            if ((camera.width && camera.width != map->width) || (camera.height && camera.height != map->height))
-                json.refuse_whole("is for " + std::to_string(camera.width) + " x " + std::to_string(camera.height) +
-                                  " pixels, and its map of rays has " + std::to_string(map->width) + " x " +
-                                  std::to_string(map->height));
-            camera.width = map->width;
-            camera.height = map->height;
-        }
-        check_lens(camera, *camera.lens);
-    }
-    if (json.has("raw_lens")) {
-        const io::LensKey raw = io::read_raw_lens(json);
-        camera.raw_lens = io::lens_model(raw, intrinsics_of(raw.own, size));
-        check_lens(camera, *camera.raw_lens);
-    }
+    read_lenses(json, file);
     check_parameters(json, camera);
     camera.rows = json.one_of<Rows>("rows", {{"top-down", Rows::top_down}, {"bottom-up", Rows::bottom_up}})
                       .value_or(Rows::top_down);

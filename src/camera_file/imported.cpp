@@ -1,11 +1,10 @@
 // Cameras from other programs' files become keys of the camera file, so that one reader checks them all.
 #include "imported.hpp"
 
-#include "edit_distance.hpp"
 #include "file.hpp"
 #include "json_object.hpp"
+#include "known_words.hpp"
 #include "lens_key.hpp"
-#include "presets.hpp"
 
 #include "lens/laws.hpp"
 

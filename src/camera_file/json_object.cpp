@@ -1,9 +1,8 @@
 // A JSON object whose keys are known.
 #include "json_object.hpp"
 
-#include "edit_distance.hpp"
 #include "file.hpp"
-#include "key_names.hpp"
+#include "known_words.hpp"
 
 #include <algorithm>
 #include <limits>

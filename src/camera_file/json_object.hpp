@@ -93,4 +93,8 @@ private:
     nlohmann::json value_;
 };
 
+/// The camera file that a text NAME:key=value,... or key=value,... stands for. `source` stands in messages where a
+/// file's name would.
+nlohmann::json parsed_preset(const std::string& source, const std::string& text);
+
 } // namespace fathom::io

@@ -1,8 +1,7 @@
 // Sources of depth by name. The facts come from the sources' documentation and code: docs/sources.md names them.
-#include "presets.hpp"
-
 #include "file.hpp"
-#include "key_names.hpp"
+#include "json_object.hpp"
+#include "known_words.hpp"
 
 #include <fathom/presets.hpp>
 

@@ -4,10 +4,9 @@
 
 #include "runtime/compiler.hpp"
 #include "runtime/pocl.hpp"
-#include "shot/run_log.hpp"
-#include "terminal/interrupt.hpp"
+#include "shot/telling.hpp"
+#include "terminal/exit.hpp"
 #include "terminal/messages.hpp"
-#include "terminal/streams.hpp"
 
 #include <fathom/error.hpp>
 

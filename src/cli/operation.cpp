@@ -1,18 +1,22 @@
-// Commands of operations as their descriptions have them: options, images and results.
+// Commands of operations as their descriptions have them: options, images and results; and the methods that --max-error chooses.
 #include "operation.hpp"
 
 #include "command.hpp"
 
 #include "cli/options/depth_options.hpp"
 #include "cli/options/described.hpp"
-#include "cli/options/max_error.hpp"
 #include "cli/options/picture.hpp"
 #include "io/floats_on_host.hpp"
+#include "terminal/messages.hpp"
+
+#include <fathom/error.hpp>
 
 #include <CLI/CLI.hpp>
+#include <fmt/format.h>
 
 #include <memory>
 #include <optional>
+#include <stdexcept>
 #include <string_view>
 #include <utility>
 
@@ -152,6 +156,29 @@ std::function<int()> configure_operation(CLI::App& app, const description::Opera
                 return run(operation, call.get(), stored, frame);
             });
     };
+}
+
+// --max-error and --explain, which ssao, dof and normals share.
+
+void add_explain(CLI::App& app, bool& explain, const std::string& group) {
+    app.add_flag("--explain", explain, "print on stderr what --max-error chose, and its error")
+        ->needs(app.get_option("--max-error"))
+        ->group(group);
+}
+
+void explain_method(fathom::Operation operation, const StoredDepth& stored, Loaded& frame, double max_error,
+                    bool explain) {
+    MeasuredMethod cheapest;
+    try {
+        cheapest = cheapest_method(operation, stored, max_error);
+    } catch (const std::invalid_argument& error) {
+        const std::string message = error.what(), option = "max_error = ";
+        throw Error(message.starts_with(option) ? "--max-error " + message.substr(option.size()) : message);
+    }
+    if (explain)
+        frame.said.push_back(fmt::format("{}: {} {}: error up to {} (in the scene {})", frame.input.native(),
+                                         fathom::to_string(operation), cheapest.method, number(cheapest.error),
+                                         cheapest.scene));
 }
 
 } // namespace fathom::cli

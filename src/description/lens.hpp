@@ -1,12 +1,16 @@
 #pragma once
 
-#include "description/photograph.hpp"
 #include "description/result.hpp"
 #include "description/value.hpp"
 
 #include <fathom/lens_arguments.hpp>
+#include <fathom/linearize.hpp>
 
 namespace fathom::description {
+
+/// What a photograph's blur takes beside the options of `dof`: `restore_highlights` and `grow_foreground`.
+inline constexpr Range highlights = from(1);
+inline constexpr Range grown_pixels = whole(0, most_grown_pixels);
 
 /// What a lens has beside its focus, or a struct with the same members that leaves more of them to the camera file. The focus of
 /// a `Lens` has to lie in front of the camera centre only, which is below 0 where the centre lies behind z = 0.

@@ -1,6 +1,5 @@
 #pragma once
 
-#include "description/field.hpp"
 #include "description/result.hpp"
 #include "description/value.hpp"
 

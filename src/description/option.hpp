@@ -1,6 +1,5 @@
 #pragma once
 
-#include "description/field.hpp"
 #include "description/lens.hpp"
 #include "description/value.hpp"
 

@@ -7,7 +7,6 @@
 #include "doubts/lengths.hpp"
 #include "doubts/look.hpp"
 #include "doubts/stored_values.hpp"
-#include "lens/camera_lens.hpp"
 #include "text.hpp"
 
 #include <algorithm>
@@ -35,8 +34,7 @@ constexpr float nearest_of_fives = 2;  // metres, five times what they see at le
 constexpr std::size_t to_an_edge = 5;  // codes; fewer differ from their neighbours where surfaces are seen straight on
 constexpr double mostly_far = 0.8;     // what most values of a depth buffer exceed
 constexpr double past_a_plane = 0.1;   // of its distance; nothing that is rightly described lies so far beyond it
-constexpr double many_beyond_fold = 0.01; // of the pixels
-constexpr double many_far = 0.001;        // the same for one value that is farther than all others
+constexpr double many_far = 0.001;     // the same for one value that is farther than all others
 
 using Doubt = std::optional<std::string>;
 
@@ -404,50 +402,6 @@ Doubt buffer_doubt(const Subject& subject) {
                 ", as in a depth buffer; if it is one, say \"encoding\": \"window\" with near and far");
 }
 
-// Rays of a map whose axes are others than right, down and ahead: a mirror image, or turned upside down.
-Doubt map_doubt(const Camera& camera) {
-    if (!camera.lens || !camera.lens->map)
-        return std::nullopt;
-    const RayMap& map = *camera.lens->map;
-    const auto ray = [&](int x, int y) -> Eigen::Vector3f {
-        const auto at = static_cast<std::size_t>(y) * static_cast<std::size_t>(map.width) + static_cast<std::size_t>(x);
-        return Eigen::Map<const Eigen::Vector3f>(&map.rays[3 * at]);
-    };
-    const int step = std::max(1, std::max(map.width, map.height) / 64);
-    std::size_t all = 0, mirrored = 0, upwards = 0;
-    for (int y = 0; y + 1 < map.height; y += step)
-        for (int x = 0; x + 1 < map.width; x += step) {
-            const Eigen::Vector3f here = ray(x, y), by_x = ray(x + 1, y) - here, by_y = ray(x, y + 1) - here;
-            const float turn = here.dot(by_x.cross(by_y));
-            if (!(turn != 0)) // NaN, too
-                continue;
-            ++all;
-            mirrored += turn < 0;
-            upwards += by_y.y() < 0;
-        }
-    if (2 * mirrored > all)
-        return text(
-            "the map of rays is a mirror image: its axes are x right, y down and z ahead, rows from the top down; turn "
-            "the sign of y if it points up");
-    if (2 * upwards > all)
-        return text("the map of rays is upside down: its axes are x right, y down and z ahead, rows from the top down; "
-                    "turn the "
-                    "signs of y and z of a map in OpenGL's axes");
-    return std::nullopt;
-}
-
-// Where a lens folds within the image, beyond which nothing is seen. A fisheye whose circle ends in the image is another matter.
-Doubt fold_doubt(const Camera& camera) {
-    if (!camera.lens)
-        return std::nullopt;
-    const lens::CameraLens lens(camera);
-    const double part = lens.part_beyond_fold(camera.width, camera.height);
-    if (!(part > many_beyond_fold))
-        return std::nullopt;
-    return text(number(100 * part, 3), " % of the pixels have no ray, because the lens ", lens.fold_words(),
-                "; calibrate with points in the image's corners, or give the part that they surround");
-}
-
 // The value of a sky as a distance.
 Doubt sky_doubt(const Subject& subject) {
     const Look& look = subject.look;
@@ -508,8 +462,8 @@ std::vector<std::string> doubts(const Subject& subject) {
         add(range_doubt(subject));
         add(clipped_doubt(subject));
     }
-    add(fold_doubt(camera));
-    add(map_doubt(camera));
+    for (const std::string& doubt : lens_mistakes(camera))
+        add(doubt);
     return said;
 }
 

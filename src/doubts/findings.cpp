@@ -109,6 +109,19 @@ float of_ordered_bits(std::uint32_t bits) {
     return std::bit_cast<float>(bits >> 31 ? bits & 0x7fffffffu : ~bits);
 }
 
+// Where a rank leads in counts of values that are in order.
+struct RankPlace {
+    std::uint32_t index;
+    std::size_t rank; // among the values that are counted there
+};
+
+RankPlace place_of_rank(const std::vector<std::size_t>& counts, std::size_t rank) {
+    std::uint32_t index = 0;
+    for (; rank >= counts[index]; ++index)
+        rank -= counts[index];
+    return {index, rank};
+}
+
 LensFindings lens_findings(const Camera& camera) {
     const lens::CameraLens lens(camera);
     LensFindings found{.fold = lens.laws().fold()};
@@ -157,20 +170,12 @@ StoredStatistics statistics_of_parts(Storage storage, const EachPart& each_part)
     result.min = min;
     result.max = max;
 
-    struct Place {
-        std::uint32_t upper;
-        std::size_t rank; // among the values that share these bits
-    };
-    std::array<Place, stored_percents.size()> places{};
+    std::array<RankPlace, stored_percents.size()> places{};
     std::map<std::uint32_t, std::vector<std::size_t>> lower; // of the upper halves that are asked for
     for (std::size_t i = 0; i < stored_percents.size(); ++i) {
         const auto nearest = (finite * static_cast<std::size_t>(stored_percents[i]) + 99) / 100;
-        std::size_t rank = std::max<std::size_t>(nearest, 1) - 1;
-        std::uint32_t bits = 0;
-        for (; rank >= upper[bits]; ++bits)
-            rank -= upper[bits];
-        places[i] = {bits, rank};
-        lower[bits].resize(1 << 16);
+        places[i] = place_of_rank(upper, std::max<std::size_t>(nearest, 1) - 1);
+        lower[places[i].index].resize(1 << 16);
     }
     std::vector<std::size_t*> counts(1 << 16);
     for (auto& [bits, count] : lower)
@@ -183,11 +188,8 @@ StoredStatistics statistics_of_parts(Storage storage, const EachPart& each_part)
         });
     });
     for (std::size_t i = 0; i < places.size(); ++i) {
-        auto [bits, rank] = places[i];
-        std::uint32_t low = 0;
-        for (const std::vector<std::size_t>& count = lower[bits]; rank >= count[low]; ++low)
-            rank -= count[low];
-        result.percentiles[i] = of_ordered_bits(bits << 16 | low);
+        const auto [bits, rank] = places[i];
+        result.percentiles[i] = of_ordered_bits(bits << 16 | place_of_rank(lower[bits], rank).index);
     }
     return result;
 }

@@ -288,6 +288,49 @@ Descriptions through_lens(const Camera& camera, const Decoder& decoder) {
             }};
 }
 
+// How bent a window is under each description, in stored units, in which the storage rounds all of them alike: a surface that is
+// seen straight on does not rise at all under the right one.
+struct WindowBends {
+    std::vector<double> misfits;
+    double rest = 0, rounded = 0; // what a cubic polynomial leaves, and what rounding does
+    double low = 0, high = 0;     // the values' ends
+};
+
+// None where no surface without an edge tells the descriptions apart.
+std::optional<WindowBends> bends_of(const Sampled& sampled, const Descriptions& descriptions,
+                                    const Rounding& rounding) {
+    Descriptions::Samples samples;
+    Descriptions::Chosen chosen;
+    for (int i = 0; i < Window::size; ++i) {
+        const auto at = static_cast<std::size_t>(i);
+        if (!std::isfinite(sampled.values[at]) || !std::isfinite(sampled.z[at]))
+            continue;
+        if (const auto sample = descriptions.sample(sampled, i)) {
+            samples.push_back(*sample);
+            chosen.push_back(i);
+        }
+    }
+    if (static_cast<double>(samples.size()) < least_samples)
+        return std::nullopt;
+    const auto [first, last] = std::ranges::minmax(samples, {}, &PlaneSample::v);
+    const double low = first.v, high = last.v;
+    if (low * high > 0 && edge < std::max(high / low, low / high)) // through which a reciprocal goes too easily
+        return std::nullopt;
+    const std::vector<double> misfits = descriptions.misfits(sampled, chosen, samples);
+    const double rounded = rounding.in(samples);
+    if (!std::isfinite(misfits.front()))
+        return std::nullopt;
+    const auto [least_bent, most_bent] = std::ranges::minmax(misfits);
+    if (!(most_bent > of_known.apart * std::max(least_bent, rounded)))
+        return std::nullopt;
+    const double rest = cubic_misfit(samples);
+    const bool is_noise = low * high > 0 && std::max(high / low, low / high) < little && // or bars before a wall are
+                          rest <= alike_noise * noise_between(sampled);
+    if (!is_noise && rest > std::max(smooth_of * (high - low), of_known.flat * rounded))
+        return std::nullopt;
+    return WindowBends{misfits, rest, rounded, low, high};
+}
+
 } // namespace
 
 std::optional<std::string> flat_surfaces_doubt(const Subject& subject) {
@@ -314,41 +357,11 @@ std::optional<std::string> flat_surfaces_doubt(const Subject& subject) {
         for (const float value : sampled.values)
             if (std::isfinite(value))
                 farthest = std::max(farthest, form.farther * value);
-    Descriptions::Samples samples;
-    Descriptions::Chosen chosen;
     for (const Sampled& sampled : subject.windows) {
-        samples.clear();
-        chosen.clear();
-        for (int i = 0; i < Window::size; ++i) {
-            const auto at = static_cast<std::size_t>(i);
-            if (!std::isfinite(sampled.values[at]) || !std::isfinite(sampled.z[at]))
-                continue;
-            if (const auto sample = descriptions.sample(sampled, i)) {
-                samples.push_back(*sample);
-                chosen.push_back(i);
-            }
-        }
-        if (static_cast<double>(samples.size()) < least_samples)
+        const auto bends = bends_of(sampled, descriptions, rounding);
+        if (!bends)
             continue;
-        const auto [first, last] = std::ranges::minmax(samples, {}, &PlaneSample::v);
-        const double low = first.v, high = last.v;
-        if (low * high > 0 && edge < std::max(high / low, low / high)) // through which a reciprocal goes too easily
-            continue;
-        // How bent it is under each description, in stored units, in which the storage rounds all of them alike: a surface that
-        // is seen straight on does not rise at all under the right one.
-        const std::vector<double> misfits = descriptions.misfits(sampled, chosen, samples);
-        const double rounded = rounding.in(samples);
-        if (!std::isfinite(misfits.front()))
-            continue;
-        const auto [least_bent, most_bent] = std::ranges::minmax(misfits);
-        if (!(most_bent > of_known.apart * std::max(least_bent, rounded)))
-            continue;
-        const double rest = cubic_misfit(samples);
-        const bool is_noise = low * high > 0 &&
-                              std::max(high / low, low / high) < little && // or bars before a wall are
-                              rest <= alike_noise * noise_between(sampled);
-        if (!is_noise && rest > std::max(smooth_of * (high - low), of_known.flat * rounded))
-            continue;
+        const auto& [misfits, rest, rounded, low, high] = *bends;
         const std::vector<Verdict> verdicts = judge(misfits, std::max(rest, rounded), rounded, of_known);
         // A sky, or a sensor's farthest distance, is flat under some description, and no surface.
         const bool may_be_sky = low == high && static_cast<double>(form.farther) * low == static_cast<double>(farthest);

@@ -1,5 +1,5 @@
 // Tells the bits of floats from numbers, without knowing either's unit.
-#include "doubts/float_bits.hpp"
+#include "doubts/look.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -76,8 +76,11 @@ void ValueChanges::add(const HostDepth& row) {
     });
     if (row.storage == Storage::uint16)
         add_codes(row);
-    if (pixel_bytes(row.storage) != 3)
-        return;
+    if (pixel_bytes(row.storage) == 3)
+        add_bytes(row);
+}
+
+void ValueChanges::add_bytes(const HostDepth& row) {
     const bool first_is_high = row.storage == Storage::bgr8_red_low || row.storage == Storage::rgb8_red_high;
     const std::uint8_t* last = nullptr;
     std::array<int, 2> before_wrap{}; // how both bytes changed last

@@ -1,6 +1,5 @@
 #pragma once
 
-#include "doubts/float_bits.hpp"
 #include "doubts/plane_fits.hpp"
 
 #include <fathom/findings.hpp>
@@ -21,6 +20,15 @@
 #include <vector>
 
 namespace fathom {
+
+/// What codes along lines of an image are: the bits of floats, or numbers. Over a smooth surface the bits of floats rise half as fast
+/// above a power of two as below it, and numbers rise alike.
+struct Bends {
+    std::size_t of_floats = 0, of_numbers = 0;
+
+    /// Looks at the powers of two that a line crosses, where floats have so many bits below the exponent.
+    void add(std::span<const std::uint32_t> line, int mantissa_bits);
+};
 
 /// What a depth image is once it is decoded. Depths are in scene units along the view axis.
 struct Look {
@@ -90,6 +98,7 @@ struct ValueChanges {
 private:
     bool are_of_one_channel(bool is_buffer) const;
     void add_codes(const HostDepth& row);
+    void add_bytes(const HostDepth& row);
     void add_neighbours(std::uint32_t one, std::uint32_t other);
 
     std::vector<std::uint32_t> codes_before_ = {}; ///< of the row before
@@ -210,6 +219,9 @@ std::optional<std::string> eight_bits_doubt(const Subject& subject);
 
 /// Those where another source than the camera's probably wrote it.
 std::vector<std::string> other_source_doubts(const Subject& subject);
+
+/// Where the camera's lens folds within the image, and where its map of rays is a mirror image or upside down.
+std::vector<std::string> lens_mistakes(const Camera& camera);
 
 /// The one where a filter has mixed depth with what is none.
 std::optional<std::string> filtered_doubt(const Subject& subject);

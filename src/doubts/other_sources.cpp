@@ -1,8 +1,9 @@
-// Doubts about what wrote an image: bits that another source turns or packs, and pictures of all directions.
+// Doubts about what wrote an image: bits that another source turns or packs, and pictures of all directions. Also about lenses.
 #include "camera/form.hpp"
 #include "doubts/look.hpp"
 
 #include "doubts/stored_values.hpp"
+#include "lens/camera_lens.hpp"
 #include "text.hpp"
 
 #include <algorithm>
@@ -93,6 +94,50 @@ double median_bend(std::span<const std::vector<float>> columns, int height) {
                : std::numeric_limits<double>::quiet_NaN();
 }
 
+// What rows of a picture hold that tells whether it shows all directions.
+struct PanoramaRows {
+    static constexpr int columns = 16;
+
+    int width;
+    bool distances;                                                    // are stored
+    std::vector<float> step = {}, seam = {}, half = {}, mirrored = {}; // of the rows, relative to the depth
+    std::vector<float> firsts = {};                                    // values of the first column
+    // Sums of 1 over the distance and over z, down some columns.
+    std::array<std::vector<float>, columns> inverse = {}, inverse_z = {};
+
+    void add(const HostDepth& values, std::span<const float> row, int y) {
+        const int wide = std::max(1, width / (4 * columns));
+        for (int i = 0; i < columns; ++i) {
+            const int x = i * width / columns;
+            float sum = 0, sum_of_z = 0;
+            auto depth = row.begin() + x;
+            visit_values(part_of(values, x, y, wide, 1), [&](float value, std::uint32_t) {
+                const float distance =
+                    distances ? std::abs(value) : *depth; // along the rays of whichever picture it is
+                sum += std::isfinite(*depth) ? 1 / distance : NAN;
+                sum_of_z += 1 / *depth++;
+            });
+            inverse[static_cast<std::size_t>(i)].push_back(sum);
+            inverse_z[static_cast<std::size_t>(i)].push_back(std::isfinite(sum) ? sum_of_z : NAN);
+        }
+        if (row[0] > 0 && std::isfinite(row[0]))
+            visit_values(part_of(values, 0, y, 1, 1),
+                         [&](float value, std::uint32_t) { firsts.push_back(std::abs(value)); });
+        const auto between = [&](int a, int b) {
+            const float one = row[static_cast<std::size_t>(a)], other = row[static_cast<std::size_t>(b)];
+            return std::abs(one - other) / std::max(one, other);
+        };
+        const std::array<float, 4> all{between(0, 1), between(0, width - 1), between(0, width / 2),
+                                       between(width / 4, width - 1 - width / 4)};
+        if (!std::ranges::all_of(all, [](float v) { return std::isfinite(v); }))
+            return;
+        step.push_back(all[0]);
+        seam.push_back(all[1]);
+        half.push_back(all[2]);
+        mirrored.push_back(all[3]);
+    }
+};
+
 // Pictures of all directions are twice as wide as high, and their last column lies beside the first.
 Doubt panorama_doubt(const Subject& subject) {
     const int width = subject.camera.width, height = subject.camera.height;
@@ -100,63 +145,72 @@ Doubt panorama_doubt(const Subject& subject) {
     if (subject.camera.lens || width != 2 * height || height < least_height ||
         !subject.camera.projection.is_perspective())
         return std::nullopt;
-    std::vector<float> step, seam, half, mirrored; // of the rows, relative to the depth
-    std::vector<float> firsts;                     // values of the first column
-    constexpr int columns = 16;
-    const int wide = std::max(1, width / (4 * columns));
-    std::array<std::vector<float>, columns> inverse,
-        inverse_z; // sums of 1 over the distance and over z, down some columns
-    const bool distances = counts_distances(subject.camera.encoding);
+    PanoramaRows rows{.width = width, .distances = counts_distances(subject.camera.encoding)};
     subject.each([&](const HostDepth& values, const HostFloats& z) {
-        if (z.width != width)
-            return; // a sample
-        for (int y = 0; y < z.height; ++y) {
-            const std::span<const float> row = row_of(z, y);
-            for (int i = 0; i < columns; ++i) {
-                const int x = i * width / columns;
-                float sum = 0, sum_of_z = 0;
-                auto depth = row.begin() + x;
-                visit_values(part_of(values, x, y, wide, 1), [&](float value, std::uint32_t) {
-                    const float distance =
-                        distances ? std::abs(value) : *depth; // along the rays of whichever picture it is
-                    sum += std::isfinite(*depth) ? 1 / distance : NAN;
-                    sum_of_z += 1 / *depth++;
-                });
-                inverse[static_cast<std::size_t>(i)].push_back(sum);
-                inverse_z[static_cast<std::size_t>(i)].push_back(std::isfinite(sum) ? sum_of_z : NAN);
-            }
-            if (row[0] > 0 && std::isfinite(row[0]))
-                visit_values(part_of(values, 0, y, 1, 1),
-                             [&](float value, std::uint32_t) { firsts.push_back(std::abs(value)); });
-            const auto between = [&](int a, int b) {
-                const float one = row[static_cast<std::size_t>(a)], other = row[static_cast<std::size_t>(b)];
-                return std::abs(one - other) / std::max(one, other);
-            };
-            const std::array<float, 4> all{between(0, 1), between(0, width - 1), between(0, width / 2),
-                                           between(width / 4, width - 1 - width / 4)};
-            if (!std::ranges::all_of(all, [](float v) { return std::isfinite(v); }))
-                continue;
-            step.push_back(all[0]);
-            seam.push_back(all[1]);
-            half.push_back(all[2]);
-            mirrored.push_back(all[3]);
-        }
+        for (int y = 0; z.width == width && y < z.height; ++y) // all but samples
+            rows.add(values, row_of(z, y), y);
     });
-    if (4 * step.size() < static_cast<std::size_t>(height))
+    if (4 * rows.step.size() < static_cast<std::size_t>(height))
         return std::nullopt;
-    const double little = quantile(step, 0.5), much = std::max(0.1, 4 * little);
+    const double little = quantile(rows.step, 0.5), much = std::max(0.1, 4 * little);
     // A floor or a wall has all of a row alike, and a corridor its two halves.
-    const bool differs = quantile(half, 0.75) >= much && quantile(mirrored, 0.75) >= much;
+    const bool differs = quantile(rows.half, 0.75) >= much && quantile(rows.mirrored, 0.75) >= much;
     // Over a plane 1/z is straight from row to row, but where rows are angles 1/distance is a sine of them, whose second derivative
     // is its own negative. The seam says little about a picture of the first kind, whose floor has all of a row alike.
-    const double bend = median_bend(inverse, height), bend_of_z = median_bend(inverse_z, height);
+    const double bend = median_bend(rows.inverse, height), bend_of_z = median_bend(rows.inverse_z, height);
     const bool is_curved = std::abs(bend + 1) < 0.3, is_straight = std::abs(bend_of_z) < 0.3;
-    const double code = is_float(subject.storage) ? 0 : 1 / quantile(firsts, 0.5); // as a part of the depth
-    if (quantile(seam, 0.75) > 1.5 * quantile(step, 0.75) + 0x1p-12 + code || !(is_curved || (differs && !is_straight)))
+    const double code = is_float(subject.storage) ? 0 : 1 / quantile(rows.firsts, 0.5); // as a part of the depth
+    if (quantile(rows.seam, 0.75) > 1.5 * quantile(rows.step, 0.75) + 0x1p-12 + code ||
+        !(is_curved || (differs && !is_straight)))
         return std::nullopt;
     return "it is twice as wide as high, and its left and right columns continue each other, as in a picture of all "
            "directions (equirectangular), which no \"perspective\" describes, but a \"lens\" of the model "
            "\"equirectangular\" does; or cut it into views";
+}
+
+constexpr double many_beyond_fold = 0.01; // of the pixels
+
+// Rays of a map whose axes are others than right, down and ahead: a mirror image, or turned upside down.
+Doubt map_doubt(const Camera& camera) {
+    if (!camera.lens || !camera.lens->map)
+        return std::nullopt;
+    const RayMap& map = *camera.lens->map;
+    const auto ray = [&](int x, int y) -> Eigen::Vector3f {
+        const auto at = static_cast<std::size_t>(y) * static_cast<std::size_t>(map.width) + static_cast<std::size_t>(x);
+        return Eigen::Map<const Eigen::Vector3f>(&map.rays[3 * at]);
+    };
+    const int step = std::max(1, std::max(map.width, map.height) / 64);
+    std::size_t all = 0, mirrored = 0, upwards = 0;
+    for (int y = 0; y + 1 < map.height; y += step)
+        for (int x = 0; x + 1 < map.width; x += step) {
+            const Eigen::Vector3f here = ray(x, y), by_x = ray(x + 1, y) - here, by_y = ray(x, y + 1) - here;
+            const float turn = here.dot(by_x.cross(by_y));
+            if (!(turn != 0)) // NaN, too
+                continue;
+            ++all;
+            mirrored += turn < 0;
+            upwards += by_y.y() < 0;
+        }
+    if (2 * mirrored > all)
+        return text(
+            "the map of rays is a mirror image: its axes are x right, y down and z ahead, rows from the top down; turn "
+            "the sign of y if it points up");
+    if (2 * upwards > all)
+        return text("the map of rays is upside down: its axes are x right, y down and z ahead, rows from the top down; "
+                    "turn the signs of y and z of a map in OpenGL's axes");
+    return std::nullopt;
+}
+
+// Where a lens folds within the image, beyond which nothing is seen. A fisheye whose circle ends in the image is another matter.
+Doubt fold_doubt(const Camera& camera) {
+    if (!camera.lens)
+        return std::nullopt;
+    const lens::CameraLens lens(camera);
+    const double part = lens.part_beyond_fold(camera.width, camera.height);
+    if (!(part > many_beyond_fold))
+        return std::nullopt;
+    return text(number(100 * part, 3), " % of the pixels have no ray, because the lens ", lens.fold_words(),
+                "; calibrate with points in the image's corners, or give the part that they surround");
 }
 
 } // namespace
@@ -169,8 +223,7 @@ Doubt eight_bits_doubt(const Subject& subject) {
         return std::nullopt;
     return text("its 8 bits times the scale of ", number(camera.scale), " end at ", number(end, 3),
                 "; depth in millimetres has 16 bits. Is it a picture of depth, or \"scale\" that of other files? Where "
-                "all is so near, "
-                "count in millimetres (\"scale\": 1)");
+                "all is so near, count in millimetres (\"scale\": 1)");
 }
 
 Doubt half_bits_doubt(const Subject& subject) {
@@ -199,9 +252,8 @@ Doubt half_bits_doubt(const Subject& subject) {
     if (!are_halves)
         return std::nullopt;
     return "its codes are the bits of half floats and no lengths: they change half as fast above each multiple of "
-           "1024, or end "
-           "at infinity, which is 31744; save them as floats (.exr, .npy or .tif), since no \"scale\" makes depth of "
-           "them";
+           "1024, or end at infinity, which is 31744; save them as floats (.exr, .npy or .tif), since no \"scale\" "
+           "makes depth of them";
 }
 
 std::vector<std::string> other_source_doubts(const Subject& subject) {
@@ -214,6 +266,14 @@ std::vector<std::string> other_source_doubts(const Subject& subject) {
         add(low_bits_doubt(subject));
     add(byte_order_doubt(subject));
     add(panorama_doubt(subject));
+    return said;
+}
+
+std::vector<std::string> lens_mistakes(const Camera& camera) {
+    std::vector<std::string> said;
+    for (const Doubt& doubt : {fold_doubt(camera), map_doubt(camera)})
+        if (doubt)
+            said.push_back(*doubt);
     return said;
 }
 

@@ -168,6 +168,54 @@ double best_parameter(const std::vector<const Patch*>& patches, Shape shape, dou
     return at((low + high) / 2);
 }
 
+// Counts the patches that tell the shapes apart.
+void count_patches(const std::vector<Patch>& patches, double largest, PlaneFits& found) {
+    std::set<int> places;
+    std::vector<double> noise, each(found.shapes.size());
+    for (const Patch& patch : patches) {
+        for (std::size_t i = 0; i < each.size(); ++i)
+            each[i] = misfit(patch.samples, found.shapes[i].shape, found.shapes[i].parameter);
+        const std::vector<Verdict> verdicts = judge(each, patch.noise, patch.noise, of_searched);
+        if (verdicts.empty())
+            continue;
+        for (std::size_t i = 0; i < each.size(); ++i) {
+            found.shapes[i].fits += verdicts[i] == Verdict::flat;
+            found.shapes[i].fails += verdicts[i] == Verdict::bent;
+        }
+        ++found.patches;
+        places.insert(patch.place);
+        noise.push_back(patch.noise * largest);
+    }
+    found.places = places.size();
+    if (!noise.empty()) {
+        const auto middle = noise.begin() + static_cast<std::ptrdiff_t>(noise.size() / 2);
+        std::nth_element(noise.begin(), middle, noise.end());
+        found.noise = *middle;
+    }
+}
+
+// On a plane 1/v is linear in the unit ray u, so that 1/(v e u) is affine in where u meets the plane across e.
+double panorama_misfit(std::span<const PlaneSample> patch) {
+    std::array<Eigen::Vector3d, Window::size> rays;
+    Eigen::Vector3d middle = Eigen::Vector3d::Zero();
+    for (std::size_t i = 0; i < patch.size(); ++i) {
+        const double longitude = std::numbers::pi * patch[i].x, latitude = std::numbers::pi * patch[i].y;
+        rays[i] = {std::cos(latitude) * std::sin(longitude), std::sin(latitude),
+                   std::cos(latitude) * std::cos(longitude)};
+        middle += rays[i];
+    }
+    middle.normalize();
+    const Eigen::Vector3d right = middle.unitOrthogonal(), down = middle.cross(right);
+    std::array<PlaneSample, Window::size> places;
+    std::array<PlaneQuantity, Window::size> quantities;
+    for (std::size_t i = 0; i < patch.size(); ++i) {
+        const double straight = middle.dot(rays[i]), v = patch[i].v;
+        places[i] = {0, 0, right.dot(rays[i]) / straight, down.dot(rays[i]) / straight, v};
+        quantities[i] = {1 / (straight * v), straight * v * v};
+    }
+    return misfit(std::span(places).first(patch.size()), std::span(quantities).first(patch.size()));
+}
+
 } // namespace
 
 std::vector<Window> windows_of(int image_width, int image_height, int width, int height, int most) {
@@ -252,32 +300,6 @@ double misfit(std::span<const PlaneSample> patch, std::span<const PlaneQuantity>
     return residual<3>(std::span(equations).first(patch.size()));
 }
 
-namespace {
-
-// On a plane 1/v is linear in the unit ray u, so that 1/(v e u) is affine in where u meets the plane across e.
-double panorama_misfit(std::span<const PlaneSample> patch) {
-    std::array<Eigen::Vector3d, Window::size> rays;
-    Eigen::Vector3d middle = Eigen::Vector3d::Zero();
-    for (std::size_t i = 0; i < patch.size(); ++i) {
-        const double longitude = std::numbers::pi * patch[i].x, latitude = std::numbers::pi * patch[i].y;
-        rays[i] = {std::cos(latitude) * std::sin(longitude), std::sin(latitude),
-                   std::cos(latitude) * std::cos(longitude)};
-        middle += rays[i];
-    }
-    middle.normalize();
-    const Eigen::Vector3d right = middle.unitOrthogonal(), down = middle.cross(right);
-    std::array<PlaneSample, Window::size> places;
-    std::array<PlaneQuantity, Window::size> quantities;
-    for (std::size_t i = 0; i < patch.size(); ++i) {
-        const double straight = middle.dot(rays[i]), v = patch[i].v;
-        places[i] = {0, 0, right.dot(rays[i]) / straight, down.dot(rays[i]) / straight, v};
-        quantities[i] = {1 / (straight * v), straight * v * v};
-    }
-    return misfit(std::span(places).first(patch.size()), std::span(quantities).first(patch.size()));
-}
-
-} // namespace
-
 double misfit(std::span<const PlaneSample> patch, Shape shape, double parameter) {
     if (shape == Shape::panorama)
         return panorama_misfit(patch);
@@ -326,29 +348,7 @@ PlaneFits fit_planes(const std::vector<float>& values, int width, int height, Ro
     add(Shape::reversed_offset, 1, 1e-3, 10);
     add(Shape::inverse_ray, 0.13, 2.75, 14);
     add(Shape::exponential, 1, 30, 12);
-
-    std::set<int> places;
-    std::vector<double> noise, each(found.shapes.size());
-    for (const Patch& patch : patches) {
-        for (std::size_t i = 0; i < each.size(); ++i)
-            each[i] = misfit(patch.samples, found.shapes[i].shape, found.shapes[i].parameter);
-        const std::vector<Verdict> verdicts = judge(each, patch.noise, patch.noise, of_searched);
-        if (verdicts.empty())
-            continue;
-        for (std::size_t i = 0; i < each.size(); ++i) {
-            found.shapes[i].fits += verdicts[i] == Verdict::flat;
-            found.shapes[i].fails += verdicts[i] == Verdict::bent;
-        }
-        ++found.patches;
-        places.insert(patch.place);
-        noise.push_back(patch.noise * largest);
-    }
-    found.places = places.size();
-    if (!noise.empty()) {
-        const auto middle = noise.begin() + static_cast<std::ptrdiff_t>(noise.size() / 2);
-        std::nth_element(noise.begin(), middle, noise.end());
-        found.noise = *middle;
-    }
+    count_patches(patches, largest, found);
     return found;
 }
 

@@ -484,6 +484,40 @@ std::vector<Guess> plausible_guesses(const Findings& found) {
     return guesses;
 }
 
+// Gives the readings of a kind of values. Is the first of them right?
+bool make_guesses(Kind kind, const Findings& found, Ranking& ranking) {
+    bool decided = true;
+    switch (kind) {
+    case Kind::unknown:
+        ranking.guesses = plausible_guesses(found);
+        return false;
+    case Kind::value:
+        ranking.guesses = affine_guesses(found, decided);
+        return decided;
+    case Kind::reciprocal:
+        ranking.guesses = {planar_guess(found)};
+        if (found.in_unit_range() && found.part({Shape::reciprocal}) >= most) {
+            decided = false;
+            ranking.evidence.emplace_back("median depth, z/(z + m), lies between 0 and 1 and has the same planes");
+            ranking.guesses.push_back(median_guess(found));
+        }
+        return decided;
+    case Kind::over_ray:
+        ranking.guesses = {radial_guess(found, true)};
+        return true;
+    case Kind::panorama:
+        ranking.guesses = {panorama_guess(found)};
+        return true;
+    case Kind::times_ray:
+        ranking.guesses = {inverse_guess(found, true)};
+        return found.by_silhouettes == Near::more;
+    case Kind::exponent:
+        ranking.guesses = {logarithmic_guess(found)};
+        break;
+    }
+    return true;
+}
+
 } // namespace
 
 const char* to_string(Family family) {
@@ -516,37 +550,7 @@ Ranking rank_encodings(const HostDepth& stored) {
             if (const auto share = std::llround(100 * found.part(each.shapes)); share > 0)
                 ranking.evidence.push_back(text("over ", share, " % of these ", each.words, " is affine in the pixel"));
     }
-    bool decided = true;
-    switch (kind) {
-    case Kind::unknown:
-        decided = false;
-        ranking.guesses = plausible_guesses(found);
-        break;
-    case Kind::value:
-        ranking.guesses = affine_guesses(found, decided);
-        break;
-    case Kind::reciprocal:
-        ranking.guesses = {planar_guess(found)};
-        if (found.in_unit_range() && found.part({Shape::reciprocal}) >= most) {
-            decided = false;
-            ranking.evidence.emplace_back("median depth, z/(z + m), lies between 0 and 1 and has the same planes");
-            ranking.guesses.push_back(median_guess(found));
-        }
-        break;
-    case Kind::over_ray:
-        ranking.guesses = {radial_guess(found, true)};
-        break;
-    case Kind::panorama:
-        ranking.guesses = {panorama_guess(found)};
-        break;
-    case Kind::times_ray:
-        ranking.guesses = {inverse_guess(found, true)};
-        decided = found.by_silhouettes == Near::more;
-        break;
-    case Kind::exponent:
-        ranking.guesses = {logarithmic_guess(found)};
-        break;
-    }
+    const bool decided = make_guesses(kind, found, ranking);
     look_at_floor(found, ranking.evidence);
     if (doubts.number)
         ranking.evidence.push_back("as distances, " + *doubts.number);

@@ -122,6 +122,113 @@ bool stands_apart(double number, Others others, bool has_depth, bool is_float, b
            (others.least - number > apart_of_range * range || (number > 0 && apart * number <= others.least));
 }
 
+// A number that many pixels hold, and what tells whether it is a depth.
+struct SharedNumber {
+    double stored, z; // z is its depth, if it has one
+    bool has_depth, is_far_disparity, is_scattered;
+    bool are_below; // are all others 0 at most?
+    Others others;  // counted forwards
+    std::size_t count, pixels;
+
+    bool are_at_least(double part) const { return static_cast<double>(count) >= part * static_cast<double>(pixels); }
+    std::string holders() const { return text(percent(count, pixels), " of the pixels hold "); }
+};
+
+// None where few pixels hold it, and where it is said, or told elsewhere, what it means.
+std::optional<SharedNumber> shared_number(const Subject& subject, const DepthForm& form, const Rays& rays,
+                                          std::size_t i) {
+    const Camera& camera = subject.camera;
+    const SharedNumbers& shared = subject.numbers;
+    const bool floats = is_float(subject.storage);
+    const float number_here = shared.numbers[i];
+    if (shared.counts[i] < least_pixels ||
+        !(static_cast<double>(shared.counts[i]) > many_of_a_number * static_cast<double>(shared.pixels)))
+        return std::nullopt;
+    SharedNumber found{};
+    found.stored = static_cast<double>(number_here);
+    const bool may_have_depth = number_here >= form.lowest && number_here <= form.highest;
+    found.z = static_cast<double>(view_depth(form, rays, 0.5 * camera.width, 0.5 * camera.height, found.stored));
+    const StoredKind kind = kind_of(form, number_here, bits_of_value(number_here, subject.storage));
+    found.is_far_disparity = camera.encoding == Encoding::inverse && !floats && !camera.background && number_here == 0;
+    const float ahead = camera.scale < 0 ? -number_here : number_here;
+    const bool as_sky = floats && camera.encoding != Encoding::inverse && // which `sky_doubt` tells
+                        (ahead == 65504 || ahead >= 1e9f);
+    found.has_depth = may_have_depth && found.z > static_cast<double>(form.least_depth);
+    const bool is_said = kind == StoredKind::missing || (kind == StoredKind::background && !found.is_far_disparity);
+    if (is_said || as_sky || (!found.has_depth && number_here != 0) || !may_have_depth)
+        return std::nullopt;
+    found.others = others_than(number_here, subject);
+    Others& others = found.others;
+    found.are_below = is_metric(camera.encoding) && others.greatest <= 0;
+    if (found.are_below)
+        others = {others.count, others.surfaces, -others.greatest, -others.least};
+    // Of a sample of few pixels, rows tell more.
+    const bool is_of_rows = others.count < least_pixels;
+    found.count = is_of_rows ? shared.counts[i] : others.count;
+    found.pixels = is_of_rows ? shared.pixels : subject.look.pixels;
+    found.is_scattered = 2 * shared.pairs[i] < shared.counts[i] ||
+                         (shared.alone[i] >= least_pixels &&
+                          static_cast<double>(shared.alone[i]) > many_alone * static_cast<double>(shared.pixels));
+    // Something small that is seen straight on may be nearer than all else.
+    const bool may_be_near = found.has_depth && !found.is_scattered && counts_distances(camera.encoding) &&
+                             (camera.scale < 0) == found.are_below && std::abs(found.stored) < others.least;
+    const double many = may_be_near                                 ? many_before_all
+                        : found.has_depth || found.is_far_disparity ? many_of_a_number
+                                                                    : many_without_depth;
+    return others.surfaces > 0 && found.are_at_least(many) ? std::optional(found) : std::nullopt;
+}
+
+std::optional<std::string> near_plane_doubt(const SharedNumber& found, const Subject& subject, float farther) {
+    const Camera& camera = subject.camera;
+    const Others& others = found.others;
+    const double gap = farther > 0 ? others.least - found.stored : found.stored - others.greatest;
+    if (!found.are_at_least(many_at_the_near) || subject.look.background > 0 ||
+        !(gap > near_gap * (others.greatest - others.least)))
+        return std::nullopt;
+    const std::string cure = camera.encoding == Encoding::window ? "\"reversed\" is the wrong way round"
+                             : camera.encoding == Encoding::linear
+                                 ? "near is white: exchange \"near\" and \"far\""
+                                 : text("the values count the other way: say \"depth_range\": [",
+                                        number(camera.depth_range[1]), ", ", number(camera.depth_range[0]), "]");
+    return text(found.holders(), number(found.stored),
+                ", which is the near plane, and nothing lies just behind it; if that is the sky, ", cure,
+                "; if nothing was measured there, say \"missing\": ", number(found.stored, 17));
+}
+
+std::optional<std::string> no_distance_doubt(const SharedNumber& found, const SharedNumbers& shared, std::size_t i,
+                                             bool floats) {
+    const Others& others = found.others;
+    const double value = found.are_below ? -found.stored : found.stored;
+    // A wall that is seen straight on has one depth, too. A slanted one has steps where its codes are coarse.
+    const bool may_be_wall = found.has_depth && !found.is_far_disparity && !found.is_scattered &&
+                             many_steps * shared.gradual < shared.constant &&
+                             2 * shared.constant >= std::min(shared.pairs[i], shared.pixels - shared.counts[i]) &&
+                             std::abs(found.stored) < std::min(65504.0, no_wall * others.greatest);
+    if (may_be_wall ||
+        (!found.is_far_disparity && !stands_apart(value, others, found.has_depth, floats, found.is_scattered)))
+        return std::nullopt;
+    const std::string key = number(found.stored, 17);
+    const double unit = found.stored / static_cast<double>(raw_kinect_none);
+    if ((unit == 1 || unit == 8) && !floats) {
+        if (others.greatest <= unit * static_cast<double>(raw_kinect_highest))
+            return text(found.holders(), key, ", and no other value is above ", number(others.greatest),
+                        ", as in the raw 11 bits of a Kinect", unit == 8 ? " that are shifted by three" : "",
+                        "; if it is one, say \"encoding\": \"inverse\", \"scale\": ", number(-351.3 * unit),
+                        ", \"offset\": ", number(-1092.5 * unit),
+                        ", which makes metres, and otherwise \"missing\": ", key);
+        if (unit == 8)
+            return std::nullopt;
+    }
+    return text(found.holders(), key, ", which stands apart from all other values, ",
+                number(found.are_below ? -others.greatest : others.least, 4), " to ",
+                number(found.are_below ? -others.least : others.greatest, 4), ", and counts as ",
+                found.is_far_disparity ? "infinitely far"
+                : found.has_depth      ? text("a depth of ", number(found.z, 4))
+                                       : "no depth at all",
+                "; if nothing was measured there, say \"missing\": ", key,
+                "; if nothing is there, \"background\": ", key);
+}
+
 } // namespace
 
 SharedNumbers::SharedNumbers(const Camera& camera, Storage storage)
@@ -256,98 +363,14 @@ void LineBorders::add(std::span<const Value> values, const DepthForm& form, bool
 }
 
 std::optional<std::string> special_number_doubt(const Subject& subject) {
-    const Camera& camera = subject.camera;
-    const SharedNumbers& shared = subject.numbers;
-    const DepthForm form = depth_form(straightened(camera), subject.storage);
-    const Rays rays = is_along_ray(form) ? camera_rays(camera) : Rays{};
-    const bool floats = is_float(subject.storage);
-    for (std::size_t i = 0; i < shared.numbers.size(); ++i) {
-        const float number_here = shared.numbers[i];
-        if (shared.counts[i] < least_pixels ||
-            !(static_cast<double>(shared.counts[i]) > many_of_a_number * static_cast<double>(shared.pixels)))
-            continue;
-        const auto stored = static_cast<double>(number_here);
-        const bool may_have_depth = number_here >= form.lowest && number_here <= form.highest;
-        const auto z = static_cast<double>(view_depth(form, rays, 0.5 * camera.width, 0.5 * camera.height, stored));
-        const StoredKind kind = kind_of(form, number_here, bits_of_value(number_here, subject.storage));
-        const bool integer_disparity =
-            camera.encoding == Encoding::inverse && !floats && !camera.background && number_here == 0;
-        const float ahead = camera.scale < 0 ? -number_here : number_here;
-        const bool as_sky = floats && camera.encoding != Encoding::inverse && // which `sky_doubt` tells
-                            (ahead == 65504 || ahead >= 1e9f);
-        const bool has_depth = may_have_depth && z > static_cast<double>(form.least_depth);
-        const bool is_said = kind == StoredKind::missing || (kind == StoredKind::background && !integer_disparity);
-        if (is_said || as_sky || (!has_depth && number_here != 0) || !may_have_depth)
-            continue;
-        Others others = others_than(number_here, subject);
-        const bool are_below = is_metric(camera.encoding) && others.greatest <= 0;
-        const double value = are_below ? -stored : stored;
-        if (are_below)
-            others = {others.count, others.surfaces, -others.greatest, -others.least};
-        // Of a sample of few pixels, rows tell more.
-        const bool is_of_rows = others.count < least_pixels;
-        const std::size_t count = is_of_rows ? shared.counts[i] : others.count,
-                          pixels = is_of_rows ? shared.pixels : subject.look.pixels;
-        const auto are_at_least = [&](double part) {
-            return static_cast<double>(count) >= part * static_cast<double>(pixels);
-        };
-        const bool is_scattered =
-            2 * shared.pairs[i] < shared.counts[i] ||
-            (shared.alone[i] >= least_pixels &&
-             static_cast<double>(shared.alone[i]) > many_alone * static_cast<double>(shared.pixels));
-        // Something small that is seen straight on may be nearer than all else.
-        const bool may_be_near = has_depth && !is_scattered && counts_distances(camera.encoding) &&
-                                 (camera.scale < 0) == are_below && std::abs(stored) < others.least;
-        const double many = may_be_near                      ? many_before_all
-                            : has_depth || integer_disparity ? many_of_a_number
-                                                             : many_without_depth;
-        if (others.surfaces == 0 || !are_at_least(many))
-            continue;
-        if (!is_metric(camera.encoding)) {
-            const double gap = form.farther > 0 ? others.least - stored : stored - others.greatest;
-            if (!are_at_least(many_at_the_near) || subject.look.background > 0 ||
-                !(gap > near_gap * (others.greatest - others.least)))
-                continue;
-            const std::string cure =
-                camera.encoding == Encoding::window ? "\"reversed\" is the wrong way round"
-                : camera.encoding == Encoding::linear
-                    ? "near is white: exchange \"near\" and \"far\""
-                    : text("the values count the other way: say \"depth_range\": [", number(camera.depth_range[1]),
-                           ", ", number(camera.depth_range[0]), "]");
-            return text(percent(count, pixels), " of the pixels hold ", number(stored),
-                        ", which is the near plane, and nothing lies just behind it; if that is the sky, ", cure,
-                        "; if nothing was measured there, say \"missing\": ", number(stored, 17));
-        }
-        // A wall that is seen straight on has one depth, too. A slanted one has steps where its codes are coarse.
-        const bool may_be_wall = has_depth && !integer_disparity && !is_scattered &&
-                                 many_steps * shared.gradual < shared.constant &&
-                                 2 * shared.constant >= std::min(shared.pairs[i], shared.pixels - shared.counts[i]) &&
-                                 std::abs(value) < std::min(65504.0, no_wall * others.greatest);
-        if (may_be_wall || (!integer_disparity && !stands_apart(value, others, has_depth, floats, is_scattered)))
-            continue;
-        const std::string key = number(stored, 17);
-        const float unit = number_here / raw_kinect_none;
-        if ((unit == 1 || unit == 8) && !floats) {
-            if (others.greatest <= static_cast<double>(unit * raw_kinect_highest))
-                return text(percent(count, pixels), " of the pixels hold ", key, ", and no other value is above ",
-                            number(others.greatest), ", as in the raw 11 bits of a Kinect",
-                            unit == 8 ? " that are shifted by three" : "",
-                            "; if it is one, say \"encoding\": \"inverse\", \"scale\": ",
-                            number(-351.3 * static_cast<double>(unit)),
-                            ", \"offset\": ", number(-1092.5 * static_cast<double>(unit)),
-                            ", which makes metres, and otherwise \"missing\": ", key);
-            if (unit == 8)
-                continue;
-        }
-        return text(percent(count, pixels), " of the pixels hold ", key, ", which stands apart from all other values, ",
-                    number(are_below ? -others.greatest : others.least, 4), " to ",
-                    number(are_below ? -others.least : others.greatest, 4), ", and counts as ",
-                    integer_disparity ? "infinitely far"
-                    : has_depth       ? text("a depth of ", number(z, 4))
-                                      : "no depth at all",
-                    "; if nothing was measured there, say \"missing\": ", key,
-                    "; if nothing is there, \"background\": ", key);
-    }
+    const DepthForm form = depth_form(straightened(subject.camera), subject.storage);
+    const Rays rays = is_along_ray(form) ? camera_rays(subject.camera) : Rays{};
+    for (std::size_t i = 0; i < subject.numbers.numbers.size(); ++i)
+        if (const auto found = shared_number(subject, form, rays, i))
+            if (const auto doubt = is_metric(subject.camera.encoding)
+                                       ? no_distance_doubt(*found, subject.numbers, i, is_float(subject.storage))
+                                       : near_plane_doubt(*found, subject, form.farther))
+                return doubt;
     return std::nullopt;
 }
 

@@ -1,9 +1,9 @@
 // sRGB and alpha. IEC 61966-2-1: a line up to 0.04045, and a power of 2.4 from there.
-#include "color_encoding.hpp"
+#include "formats.hpp"
 
-#include "camera/edge_upsampling.hpp"
+#include "camera/photograph.hpp"
 #include "description/check.hpp"
-#include "description/photograph.hpp"
+#include "description/lens.hpp"
 
 #include <opencv2/core.hpp>
 

@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <bit>
 #include <cstdint>
+#include <filesystem>
 #include <functional>
 #include <initializer_list>
 #include <new>
@@ -56,6 +57,13 @@ struct ExrPixels {
 /// Channels of one part, an image each. An empty name is the channel that is named like depth.
 std::vector<DepthFile> read_exr(const std::filesystem::path& file, const std::vector<std::string>& channels,
                                 const ExrPixels& pixels);
+
+/// Channels of an OpenEXR file that could be its depth by their names, whole names with that of the part. None of any other
+/// file. Without a wish `read_depth` takes the likeliest of them.
+std::vector<std::string> depth_channels(const std::filesystem::path& file);
+
+/// What is probably wrong if depth of a channel of this name counts as the camera says.
+std::optional<std::string> ray_channel_doubt(const std::string& channel, const Camera& camera);
 
 /// The windows of the part that has a channel.
 Windows exr_windows(const std::filesystem::path& file, const std::string& channel);
@@ -113,8 +121,22 @@ Bytes read_image_file(const std::filesystem::path& file);
 /// Refuses a layer of a file that has none.
 [[noreturn]] void refuse_layer(const std::filesystem::path& file, const std::string& layer);
 
+/// Which pixels of a depth image do not count, out of a file: CV_8UC1, not 0 where a pixel does not.
+/// `below`: pixels do not count whose alpha or confidence is less; without it those whose value is not 0. An alpha counts from
+/// 0 to 1, and so do other integers where `below` is less than 1. `windows`: of the depth image.
+/// Throws: Error for a file that cannot be read, without such a channel, or of another size than the depth.
+cv::Mat ignored(const std::filesystem::path& file, std::optional<double> below, const Windows& windows);
+
 /// One channel of a picture whose channels are equal. Refuses colours: a map of them has no order of distances.
 cv::Mat only_channel(const std::filesystem::path& file, const cv::Mat& image);
+
+/// Light from the numbers of a file, and back. The fourth channel, an alpha, is left alone.
+void to_linear(cv::Mat& color, ColorEncoding encoding);
+void from_linear(cv::Mat& color, ColorEncoding encoding);
+
+/// Multiplies the alpha into the colours, or takes it out again; colours under an alpha of 0 become 0.
+void premultiply(cv::Mat& color);
+void unpremultiply(cv::Mat& color);
 
 /// The light that the numbers of a file are. What the format says of the pixels is that of the picture.
 Picture light_of(PictureFile held, const ReadPictureOptions& options);
@@ -137,6 +159,20 @@ Bytes radiance_bytes(const cv::Mat& bgr);
 
 /// The bytes of a picture where its format is not that of plain floats, which `write_image` writes: then nothing.
 std::optional<Bytes> picture_bytes(const std::filesystem::path& file, const Picture& picture);
+
+/// Pixels without a header, by ffmpeg's name: rows from above, without gaps, R before G before B, the lowest byte first.
+struct RawFormat {
+    const char* name;
+    int channels, bits; ///< 8 and 16 bits are codes, 32 floats
+};
+
+inline constexpr RawFormat raw_formats[] = {
+    {"gray16le", 1, 16}, {"grayf32le", 1, 32}, {"rgb24", 3, 8}, {"rgbf32le", 3, 32}};
+
+/// The pixels of an image. Codes of a picture are sRGB, unless the picture's own codes are not; those of other images are as in a
+/// .png.
+/// Throws: Error for an image that the format does not hold, as an alpha that is not 1.
+Bytes raw_bytes(const ImageFile& image, const RawFormat& format);
 
 /// The first row on top, the first column on the left, for an orientation of Exif or TIFF from 1 to 8.
 cv::Mat upright(cv::Mat image, int orientation);

@@ -27,14 +27,14 @@ struct Begun {
     bool was_read = false;
 };
 
-void take(const std::function<void(std::size_t, void*)>& step, Begun& begun) {
-    if (begun.failure)
-        return;
+Begun* take(const std::function<void(std::size_t, void*)>& step, Begun* begun) {
     try {
-        step(begun.index, begun.frame.get());
+        if (!begun->failure)
+            step(begun->index, begun->frame.get());
     } catch (...) {
-        begun.failure = std::current_exception();
+        begun->failure = std::current_exception();
     }
+    return begun;
 }
 
 std::size_t threads_of(const FrameOptions& options) {
@@ -59,99 +59,104 @@ struct Workers {
     tbb::task_arena arena;
 };
 
-} // namespace
-
-std::size_t for_each_erased_frame(std::size_t count, const ErasedFrameSteps& steps, const FrameOptions& options) {
-    // oneTBB 2021.8 loses what is on its way when a step throws, so that frames belong to this list. They end in order.
-    std::list<Begun> in_work;
-    std::mutex beginning_or_ending;
-    using Token = Begun*;
+// All frames in work, and what is done with each. oneTBB 2021.8 loses what is on its way when a step throws, so that frames belong
+// to this list. They end in order.
+struct FramesInWork {
+    const std::size_t count;
+    const ErasedFrameSteps& steps;
+    const FrameOptions& options;
     std::size_t next = 0;
-    Token waiting = nullptr; // read, and not yet in work
-    const auto begin = [&]() -> Token {
+    Begun* waiting = nullptr; // read, and not yet in work
+    std::list<Begun> all = {};
+    std::mutex beginning_or_ending = {};
+
+    Begun* begin() {
         if (waiting)
             return std::exchange(waiting, nullptr);
         if (next == count || (options.stop && options.stop()))
             return nullptr;
         Begun begun{next++, steps.make()};
         const std::lock_guard lock(beginning_or_ending);
-        return &in_work.emplace_back(std::move(begun));
-    };
-    const auto read = [&](Token begun) {
-        if (!std::exchange(begun->was_read, true))
-            take(steps.read, *begun);
-        return begun;
-    };
-    const auto compute = [&](Token begun) {
-        take(steps.compute, *begun);
-        return begun;
-    };
-    const auto write = [&](Token begun) {
-        take(steps.write, *begun);
-        return begun;
-    };
-    const auto report = [&](Token begun) {
+        return &all.emplace_back(std::move(begun));
+    }
+    Begun* read(Begun* begun) const { return std::exchange(begun->was_read, true) ? begun : take(steps.read, begun); }
+    Begun* compute(Begun* begun) const { return take(steps.compute, begun); }
+    Begun* write(Begun* begun) const { return take(steps.write, begun); }
+    void report(Begun* begun) {
         steps.report(begun->index, begun->frame.get(), begun->failure);
         begun->frame.reset();
         const std::lock_guard lock(beginning_or_ending);
-        in_work.pop_front();
+        all.pop_front();
+    }
+};
+
+// So many frames are written while as many others are read.
+void take_turns(FramesInWork& frames, std::size_t half) {
+    Workers workers(threads_of(frames.options));
+    std::vector<Begun*> computed;
+    do {
+        std::vector<Begun*> begun;
+        for (Begun* one; begun.size() < half && (one = frames.begin());)
+            begun.push_back(one);
+        workers.arena.execute([&] {
+            const auto write_or_read = [&](std::size_t i) {
+                i < computed.size() ? frames.write(computed[i]) : frames.read(begun[i - computed.size()]);
+            };
+            tbb::parallel_for(std::size_t{0}, computed.size() + begun.size(), write_or_read, tbb::simple_partitioner());
+        });
+        std::ranges::for_each(computed, [&](Begun* each) { frames.report(each); });
+        std::ranges::for_each(begun, [&](Begun* each) { frames.compute(each); });
+        computed = std::move(begun);
+    } while (!computed.empty());
+}
+
+void overlap(FramesInWork& frames, std::size_t most) {
+    const auto begin = [&](tbb::flow_control& flow) {
+        Begun* begun = frames.begin();
+        if (!begun)
+            flow.stop();
+        return begun;
     };
-
-    // The first frame that can be read says how much memory one takes.
-    for (Token begun; (begun = begin()); report(begun)) {
-        read(begun);
-        if (!begun->failure) {
-            waiting = begun;
-            break;
-        }
-    }
-    if (!waiting)
-        return next;
-    const std::size_t left = count - next + 1;
-    const std::size_t fit = left == 1 ? 1 : most_in_work(options, steps.bytes(waiting->frame.get()));
-    const std::size_t most = std::min(fit, left);
-    if (most == 1) {
-        while (Token begun = begin())
-            report(write(compute(read(begun))));
-        return next;
-    }
-    if (options.apart) { // half of the frames are written while the other half is read
-        Workers workers(threads_of(options));
-        std::vector<Token> computed;
-        do {
-            std::vector<Token> begun;
-            for (Token one; begun.size() < fit / 2 && (one = begin());)
-                begun.push_back(one);
-            workers.arena.execute([&] {
-                const auto write_or_read = [&](std::size_t i) {
-                    i < computed.size() ? write(computed[i]) : read(begun[i - computed.size()]);
-                };
-                tbb::parallel_for(std::size_t{0}, computed.size() + begun.size(), write_or_read,
-                                  tbb::simple_partitioner());
-            });
-            std::ranges::for_each(computed, report);
-            std::ranges::for_each(begun, compute);
-            computed = std::move(begun);
-        } while (!computed.empty());
-        return next;
-    }
-
-    using tbb::filter_mode;
+    const auto read = [&](Begun* begun) { return frames.read(begun); };
+    const auto compute = [&](Begun* begun) { return frames.compute(begun); };
+    const auto write = [&](Begun* begun) { return frames.write(begun); };
+    const auto report = [&](Begun* begun) { frames.report(begun); };
+    using tbb::filter_mode, tbb::make_filter;
     Workers workers(most);
     workers.arena.execute([&] {
-        tbb::parallel_pipeline(most, tbb::make_filter<void, Token>(filter_mode::serial_in_order,
-                                                                   [&](tbb::flow_control& flow) {
-                                                                       Token begun = begin();
-                                                                       if (!begun)
-                                                                           flow.stop();
-                                                                       return begun;
-                                                                   }) &
-                                         tbb::make_filter<Token, Token>(filter_mode::parallel, read) &
-                                         tbb::make_filter<Token, Token>(filter_mode::serial_in_order, compute) &
-                                         tbb::make_filter<Token, Token>(filter_mode::parallel, write) &
-                                         tbb::make_filter<Token, void>(filter_mode::serial_in_order, report));
+        tbb::parallel_pipeline(most, make_filter<void, Begun*>(filter_mode::serial_in_order, begin) &
+                                         make_filter<Begun*, Begun*>(filter_mode::parallel, read) &
+                                         make_filter<Begun*, Begun*>(filter_mode::serial_in_order, compute) &
+                                         make_filter<Begun*, Begun*>(filter_mode::parallel, write) &
+                                         make_filter<Begun*, void>(filter_mode::serial_in_order, report));
     });
-    return next;
+}
+
+} // namespace
+
+std::size_t for_each_erased_frame(std::size_t count, const ErasedFrameSteps& steps, const FrameOptions& options) {
+    FramesInWork frames{count, steps, options};
+    // The first frame that can be read says how much memory one takes.
+    while (Begun* begun = frames.begin()) {
+        if (!frames.read(begun)->failure) {
+            frames.waiting = begun;
+            break;
+        }
+        frames.report(begun);
+    }
+    if (!frames.waiting)
+        return frames.next;
+    const std::size_t left = count - frames.next + 1;
+    const std::size_t fit = left == 1 ? 1 : most_in_work(options, steps.bytes(frames.waiting->frame.get()));
+    const std::size_t most = std::min(fit, left);
+    if (most > 1 && options.apart)
+        take_turns(frames, fit / 2);
+    else if (most > 1)
+        overlap(frames, most);
+    else
+        while (Begun* begun = frames.begin())
+            frames.report(frames.write(frames.compute(frames.read(begun))));
+    return frames.next;
 }
 
 } // namespace fathom

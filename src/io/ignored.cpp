@@ -1,6 +1,4 @@
 // Masks, alphas and confidences: which pixels of a depth image do not count.
-#include "ignored.hpp"
-
 #include "formats.hpp"
 
 #include <algorithm>

@@ -1,8 +1,7 @@
 // Colours out of files: the picture of a renderer's layers, or an image.
-#include "color_encoding.hpp"
 #include "formats.hpp"
 
-#include "io/formats/metadata.hpp"
+#include "io/formats/codecs.hpp"
 
 #include <algorithm>
 #include <string_view>

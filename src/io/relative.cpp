@@ -2,8 +2,7 @@
 #include "formats.hpp"
 #include "relative_input.hpp"
 
-#include "camera/edge_upsampling.hpp"
-#include "camera/relative_values.hpp"
+#include "camera/photograph.hpp"
 
 #include <fathom/error.hpp>
 

@@ -359,6 +359,28 @@ std::optional<std::array<Eigen::Matrix3d, 2>> polynomial(const CameraLens& lens,
     return values;
 }
 
+using Position = std::optional<Eigen::Vector2d>;
+
+// Of a place in a face's image, in pixels.
+Vector direction_of(const Face& face, double x, double y) {
+    return Vector(face.turn.transpose() * Vector((x - face.half) / face.focal, (y - face.half) / face.focal, 1))
+        .normalized();
+}
+
+// As near to another place as whole turns of a panorama bring it.
+Position unwrapped(const Position& at, const Position& beside, double turn) {
+    if (!at || !beside || turn == 0)
+        return at;
+    return Eigen::Vector2d(at->x() + turn * std::round((beside->x() - at->x()) / turn), at->y());
+}
+
+void add_node(std::vector<float>& nodes, const Position& at) {
+    constexpr double finest = 256; // parts of a pixel, so that hosts whose sines differ in their last bits agree
+    constexpr float none = std::numeric_limits<float>::quiet_NaN();
+    nodes.push_back(at ? static_cast<float>(std::round(at->x() * finest) / finest) : none);
+    nodes.push_back(at ? static_cast<float>(std::round(at->y() * finest) / finest) : none);
+}
+
 } // namespace
 
 FacePlaces places_of(const CameraLens& lens, int width, int height, const std::vector<Face>& faces) {
@@ -388,24 +410,10 @@ FacePlaces places_of(const CameraLens& lens, int width, int height, const std::v
     return places;
 }
 
-namespace {
-
-using Position = std::optional<Eigen::Vector2d>;
-
-} // namespace
-
 FacePositions positions_of(const CameraLens& lens, const Face& face, const PixelBox& part) {
     FacePositions positions{part.width() / unit, {}, {0, 0}};
     const auto direction = [&](double x, double y) { // of the middle of a pixel of the part
-        return Vector(face.turn.transpose() * Vector((part.left + x + 0.5 - face.half) / face.focal,
-                                                     (part.top + y + 0.5 - face.half) / face.focal, 1))
-            .normalized();
-    };
-    const double turn = lens.turn();
-    const auto unwrapped = [&](const Position& at, const Position& beside) -> Position {
-        if (!at || !beside || turn == 0)
-            return at;
-        return Eigen::Vector2d(at->x() + turn * std::round((beside->x() - at->x()) / turn), at->y());
+        return direction_of(face, part.left + x + 0.5, part.top + y + 0.5);
     };
     // The corners of all tiles.
     const int across = part.width() / unit + 1, down = part.height() / unit + 1;
@@ -413,19 +421,20 @@ FacePositions positions_of(const CameraLens& lens, const Face& face, const Pixel
     for (int j = 0; j < down; ++j)
         for (int i = 0; i < across; ++i)
             corners.push_back(lens.pixel(direction(i * unit, j * unit)));
+    const auto corner = [&](int x, int y) -> const Position& {
+        return corners[static_cast<std::size_t>(y / unit * across + x / unit)];
+    };
     std::vector<Position> nodes;
     const auto fits = [&](int left, int top, int shift) {
         const int h = 1 << shift, count = (unit >> shift) + 1;
         nodes.clear();
         for (int j = 0; j < count; ++j)
             for (int i = 0; i < count; ++i) {
-                const Position at = i * h % unit == 0 && j * h % unit == 0
-                                        ? corners[static_cast<std::size_t>((top / unit + j * h / unit) * across +
-                                                                           left / unit + i * h / unit)]
-                                        : lens.pixel(direction(left + i * h, top + j * h));
+                const int x = left + i * h, y = top + j * h;
+                const Position at = x % unit == 0 && y % unit == 0 ? corner(x, y) : lens.pixel(direction(x, y));
                 if (!at)
                     return false;
-                nodes.push_back(unwrapped(at, nodes.empty() ? at : nodes.front()));
+                nodes.push_back(unwrapped(at, nodes.empty() ? at : nodes.front(), lens.turn()));
             }
         for (int j = 0; j + 1 < count; ++j)
             for (int i = 0; i + 1 < count; ++i) {
@@ -440,33 +449,21 @@ FacePositions positions_of(const CameraLens& lens, const Face& face, const Pixel
             }
         return true;
     };
-    constexpr double finest = 256; // parts of a pixel, so that hosts whose sines differ in their last bits agree
-    const auto add = [&](const Position& at) {
-        constexpr float none = std::numeric_limits<float>::quiet_NaN();
-        positions.nodes.push_back(at ? static_cast<float>(std::round(at->x() * finest) / finest) : none);
-        positions.nodes.push_back(at ? static_cast<float>(std::round(at->y() * finest) / finest) : none);
-    };
     int shift = tile_shift;
     for (int top = 0; top < part.height(); top += unit)
         for (int left = 0; left < part.width(); left += unit) {
-            const std::size_t corner = static_cast<std::size_t>(top / unit * across + left / unit);
-            const auto there = [&](std::size_t i) { return corners[i].has_value(); };
-            const auto size = static_cast<std::size_t>(across);
-            const bool none =
-                !there(corner) && !there(corner + 1) && !there(corner + size) && !there(corner + size + 1);
+            const int right = left + unit, bottom = top + unit;
+            const bool any = corner(left, top) || corner(right, top) || corner(left, bottom) || corner(right, bottom);
             shift = std::min(shift + 1, tile_shift);
             while (shift > 0 && !fits(left, top, shift))
                 --shift;
             const auto first = static_cast<std::uint32_t>(positions.nodes.size() / 2);
             positions.tiles.push_back(first << 3 | static_cast<std::uint32_t>(shift));
-            if (shift > 0) {
-                for (const Position& at : nodes)
-                    add(at);
-                continue;
-            }
-            for (int j = 0; j < unit; ++j)
-                for (int i = 0; i < unit; ++i)
-                    add(none ? Position() : lens.pixel(direction(left + i, top + j)));
+            if (shift > 0)
+                std::ranges::for_each(nodes, [&](const Position& at) { add_node(positions.nodes, at); });
+            for (int y = top; shift == 0 && y < bottom; ++y)
+                for (int x = left; x < right; ++x)
+                    add_node(positions.nodes, any ? lens.pixel(direction(x, y)) : Position());
         }
     return positions;
 }

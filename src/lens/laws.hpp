@@ -1,12 +1,46 @@
 #pragma once
 
-#include "lens/ray_map.hpp"
 #include "lens/solve.hpp"
 
+#include <fathom/lens_model.hpp>
+
+#include <Eigen/Core>
+
+#include <array>
 #include <limits>
 #include <optional>
+#include <vector>
 
 namespace fathom::lens {
+
+/// A ray with its derivatives by pixels: X right, Y down, Z ahead.
+using RayJets = std::array<Jet, 3>;
+
+/// The ray of a map at a position from the corner of its first pixel: of the four pixels around it, where all of them have one. In a
+/// pixel's centre it is the pixel's own.
+std::optional<RayJets> mapped_ray(const RayMap& map, const Jet& x, const Jet& y);
+
+/// By how many pixels the ray in the middle of four pixels is off at most: a quarter of what a pixel's is off from the mean of the four
+/// around it, which are twice as far apart.
+double off_between_pixels(const RayMap& map);
+
+/// Where a map sees unit vectors. It knows some of the map's rays, and finds the nearest pixel from the nearest of those.
+class MapPixels {
+public:
+    MapPixels() = default;
+    explicit MapPixels(const RayMap& map);
+
+    /// Beside the pixel of the same map whose ray is the nearest one, at most a pixel away from its centre.
+    std::optional<Eigen::Vector2d> at(const RayMap& map, const Eigen::Vector3d& direction) const;
+
+private:
+    struct Pixel {
+        Eigen::Vector2i at;
+        Eigen::Vector3d ray;
+    };
+    std::vector<Pixel> some_; ///< one in each square of so many pixels
+    int step_ = 1;
+};
 
 /// The rays of a lens, in units of its focal lengths. Checked where it is made.
 class Laws {

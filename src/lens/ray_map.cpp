@@ -1,6 +1,6 @@
 // A lens as the rays of its pixels. Slopes are central differences of five pixels, which are exact for polynomials of the fourth
 // degree, or of as many as there are beside a pixel without a ray.
-#include "lens/ray_map.hpp"
+#include "lens/laws.hpp"
 
 #include <Eigen/Geometry>
 #include <Eigen/LU>

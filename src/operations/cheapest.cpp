@@ -4,7 +4,7 @@
 
 #include "description/check.hpp"
 #include "operations/parameters.hpp"
-#include "operations/ssao/pixel_lattice.hpp"
+#include "operations/ssao/ssao_method.hpp"
 #include "require.hpp"
 
 #include <algorithm>

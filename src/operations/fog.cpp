@@ -9,7 +9,7 @@
 #include "operations/lens_table.hpp"
 #include "operations/parameters.hpp"
 #include "require.hpp"
-#include "runtime/launched.hpp"
+#include "runtime/launch.hpp"
 
 #include <Eigen/Geometry>
 

@@ -13,6 +13,7 @@
 #include <fathom/linearize.hpp>
 
 #include <algorithm>
+#include <cmath>
 #include <iomanip>
 
 namespace fathom {
@@ -148,6 +149,17 @@ StoredDepth repaired(const StoredDepth& stored, const DepthRepair& repair, const
 
 int grown_pixels(const DepthRepair& repair, const LensArguments& lens) {
     return repair.grow_foreground.value_or(lens.relative ? 1 : 0);
+}
+
+// The depth at one pixel, as where a lens focuses.
+
+double depth_at(const StoredDepth& stored, int x, int y) {
+    check_pixel("pixel", size_of(stored.image), x, y);
+    float depth;
+    linearize(stored.region(x, y, 1, 1), {.as = has_plane_in_focus(stored.camera) ? Along::axis : Along::ray})
+        .image.download(&depth);
+    require(!std::isnan(depth), "pixel (", x, ", ", y, ") is invalid: it has no depth to focus on");
+    return static_cast<double>(depth);
 }
 
 } // namespace fathom

@@ -5,7 +5,7 @@
 #include "camera/form.hpp"
 #include "lens/patches.hpp"
 #include "operations/parameters.hpp"
-#include "runtime/kept.hpp"
+#include "runtime/table.hpp"
 
 #include <Eigen/LU>
 

@@ -7,7 +7,7 @@
 #include "description/linearize.hpp"
 #include "operations/lens_table.hpp"
 #include "operations/parameters.hpp"
-#include "runtime/launched.hpp"
+#include "runtime/launch.hpp"
 
 namespace fathom {
 namespace {

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "camera/inverse_depth_error.hpp"
+#include "camera/rays.hpp"
 #include "description/result.hpp"
 #include "params.h"
 #include "runtime/launch.hpp"

@@ -2,7 +2,7 @@
 
 #include "camera/form.hpp"
 #include "require.hpp"
-#include "runtime/launched.hpp"
+#include "runtime/launch.hpp"
 
 #include <fathom/image.hpp>
 

@@ -6,12 +6,12 @@
 #include "camera/rays.hpp"
 #include "description/check.hpp"
 #include "description/unproject.hpp"
-#include "operations/dof_masks/mixed_pixels.hpp"
+#include "operations/dof_masks/dof_masks.hpp"
 #include "operations/inverse_depth.hpp"
 #include "operations/lens_table.hpp"
 #include "operations/parameters.hpp"
 #include "require.hpp"
-#include "runtime/launched.hpp"
+#include "runtime/launch.hpp"
 
 namespace fathom {
 namespace {

@@ -2,8 +2,7 @@
 
 #include <fathom/linearize.hpp>
 
-#include "camera/edge_upsampling.hpp"
-#include "camera/relative_values.hpp"
+#include "camera/photograph.hpp"
 #include "operations/parameters.hpp"
 #include "require.hpp"
 #include "runtime/scratch.hpp"

@@ -1,6 +1,6 @@
 // Contexts of the process: one for each device that is opened, and one for each pair that somebody brings.
 
-#include "runtime/context.hpp"
+#include "runtime/state.hpp"
 
 #include "require.hpp"
 

@@ -4,7 +4,7 @@
 #include <fathom/image.hpp>
 
 #include "require.hpp"
-#include "runtime/launched.hpp"
+#include "runtime/launch.hpp"
 #include "runtime/memory.hpp"
 #include "runtime/state.hpp"
 

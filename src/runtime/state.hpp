@@ -1,17 +1,90 @@
 #pragma once
 
-#include "runtime/context.hpp"
+#include "runtime/opencl.hpp"
+#include "runtime/program.hpp"
+#include "text.hpp"
 
+#include <fathom/error.hpp>
 #include <fathom/image.hpp>
 
+#include <filesystem>
 #include <list>
 #include <map>
+#include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
+#include <vector>
 
 namespace fathom {
-
 namespace runtime {
+
+/// Something that kernels read, made from a key.
+struct Kept {
+    std::string key;
+    std::size_t bytes;
+    std::shared_ptr<const void> value;
+};
+
+/// A program that was built, and where PoCL keeps it.
+struct Program {
+    cl::Program program;
+    std::optional<std::vector<std::filesystem::path>> compiled;
+};
+
+/// A context with one of its devices, and what was made for them once: every `Device` of the two shares it.
+struct Context {
+    cl::Context context;
+    cl::Device device;
+
+    std::mutex programs_mutex; // held while a program is built
+    std::map<std::string, Program> programs;
+    std::mutex kept_mutex;
+    std::list<Kept> kept; // runtime/table.hpp: the last used first
+};
+
+/// The process's own context of a device, made when it is first asked for and kept until the process ends.
+std::shared_ptr<Context> own_context(const cl::Device& device);
+
+/// What belongs to somebody's context: kept as long as a `Device` uses it.
+std::shared_ptr<Context> context_for(const cl::Context& context, const cl::Device& device);
+
+/// Does this process come from a fork of one that had used OpenCL? Its driver's threads are not here, and its locks may never open.
+bool forked();
+
+/// Throws: Error in such a process, which tells what to do instead. From the first call on, a fork counts.
+void check_process();
+
+/// The same, for a thread that goes on to compute. Throws: Error also where it does not round to nearest.
+void check_thread();
+
+/// Locks a mutex, unless the thread that holds it may be in the process that this one is a fork of.
+/// Throws: Error as `check_process`.
+[[nodiscard]] inline std::unique_lock<std::mutex> locked(std::mutex& mutex) {
+    check_process();
+    return std::unique_lock(mutex);
+}
+
+/// Deletes what holds OpenCL's objects; in a forked process it stays, because to release it may wait for ever.
+template <typename Value>
+void release(Value* value) {
+    if (!forked())
+        delete value;
+}
+
+/// An error of a driver and its cure, to be put behind "returned": "-5 (out of resources); …".
+std::string in_words(cl_int code);
+
+/// Asks a driver for something. Its error becomes an Error: the parts of `what`, then "<function> returned <code>".
+template <typename Action, typename... What>
+decltype(auto) ask_driver(const Action& action, const What&... what) {
+    check_process();
+    try {
+        return action();
+    } catch (const cl::Error& error) {
+        throw Error(text(what..., ": ", error.what(), " returned ", in_words(error.err())));
+    }
+}
 
 /// Memory for images between the passes of an operation.
 struct ScratchBuffer {

@@ -1,5 +1,5 @@
 // Values that change from frame to frame, from CSV (RFC 4180, and what spreadsheets make of it) or JSON.
-#include "frame_values.hpp"
+#include "frames.hpp"
 
 #include "camera_file/file.hpp"
 #include "camera_file/json_object.hpp"

@@ -1,12 +1,12 @@
 // Where the cameras of the inputs come from.
-#include "camera.hpp"
+#include "options.hpp"
 
 #include "camera/form.hpp"
 #include "camera_file/file.hpp"
-#include "camera_file/presets.hpp"
+#include "camera_file/json_object.hpp"
 #include "io/cameras/camera_formats.hpp"
 #include "io/formats.hpp"
-#include "sequence/frame_pattern.hpp"
+#include "sequence/frames.hpp"
 #include "terminal/exit.hpp"
 
 #include <fathom/error.hpp>

@@ -1,5 +1,5 @@
 // The device of a run, and how many threads work beside it.
-#include "device.hpp"
+#include "options.hpp"
 
 #include "io/formats.hpp"
 #include "shot/record.hpp"

@@ -7,7 +7,6 @@
 #include "telling.hpp"
 
 #include "terminal/exit.hpp"
-#include "terminal/interrupt.hpp"
 
 #include <fathom/error.hpp>
 #include <fathom/frames.hpp>

@@ -1,7 +1,7 @@
 #pragma once
 
-#include "io/raw.hpp"
-#include "sequence/frame_pattern.hpp"
+#include "io/formats.hpp"
+#include "sequence/frames.hpp"
 
 #include <cstddef>
 #include <map>

@@ -3,7 +3,6 @@
 
 #include "camera_file/file.hpp"
 #include "terminal/exit.hpp"
-#include "terminal/interrupt.hpp"
 #include "terminal/messages.hpp"
 
 #include <fathom/error.hpp>

@@ -2,7 +2,7 @@
 
 #include "plan.hpp"
 
-#include "io/raw.hpp"
+#include "io/formats.hpp"
 
 #include <opencv2/core/types.hpp>
 

@@ -2,7 +2,7 @@
 #include "plan.hpp"
 
 #include "camera_file/file.hpp"
-#include "sequence/frame_pattern.hpp"
+#include "sequence/frames.hpp"
 #include "terminal/exit.hpp"
 #include "terminal/messages.hpp"
 

@@ -3,8 +3,8 @@
 
 #include "camera_file/file.hpp"
 #include "io/replace_files.hpp"
-#include "runtime/context.hpp"
 #include "runtime/program.hpp"
+#include "runtime/state.hpp"
 
 #include <fmt/format.h>
 

@@ -1,9 +1,9 @@
 // Relative depth as it is read.
 #include "relative.hpp"
 
-#include "camera/relative_values.hpp"
-#include "io/ignored.hpp"
-#include "terminal/interrupt.hpp"
+#include "camera/photograph.hpp"
+#include "io/formats.hpp"
+#include "terminal/exit.hpp"
 #include "terminal/messages.hpp"
 
 #include <fathom/error.hpp>

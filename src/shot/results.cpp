@@ -1,7 +1,7 @@
 // What is written of an input: its images, their files and what those cannot hold.
 #include "results.hpp"
 
-#include "camera/edge_upsampling.hpp"
+#include "camera/photograph.hpp"
 #include "camera_file/file.hpp"
 #include "terminal/messages.hpp"
 #include "text.hpp"

@@ -5,7 +5,6 @@
 #include "results.hpp"
 
 #include "camera/form.hpp"
-#include "io/exr/depth_channels.hpp"
 #include "io/floats_on_host.hpp"
 #include "io/formats.hpp"
 #include "terminal/messages.hpp"

@@ -4,7 +4,7 @@
 #include "relative.hpp"
 
 #include "doubts/look.hpp"
-#include "io/ignored.hpp"
+#include "io/formats.hpp"
 #include "operations/invalid_value.hpp"
 #include "shot/record.hpp"
 

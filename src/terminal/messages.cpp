@@ -1,21 +1,28 @@
-// What the program prints: one line for an error, one for a result, for people or as JSON.
+// What the program prints: one line for an error, one for a result, for people or as JSON; and how far it is.
 #include "messages.hpp"
 
-#include "interrupt.hpp"
-#include "streams.hpp"
+#include "exit.hpp"
 
-#include "camera_file/edit_distance.hpp"
 #include "camera_file/file.hpp"
+#include "camera_file/known_words.hpp"
 #include "description/range.hpp"
 #include "text.hpp"
 
 #include <fmt/format.h>
+
+#include <opencv2/core/utils/logger.hpp>
 
 #include <algorithm>
 #include <cerrno>
 #include <cmath>
 #include <csignal>
 #include <cstdio>
+#include <cstdlib>
+#include <string_view>
+
+#include <fcntl.h>
+#include <sys/ioctl.h>
+#include <unistd.h>
 
 namespace fathom::cli {
 namespace {
@@ -110,6 +117,88 @@ std::string in_words(const Look& look, const char* depth) {
 std::string invalid_in_words(std::size_t invalid, std::size_t pixels) {
     return fmt::format("{} of {} pixels invalid", invalid, pixels) +
            (invalid > 0 ? fmt::format(" ({})", percent(invalid, pixels)) : "");
+}
+
+// The program's streams.
+
+void prepare_streams() {
+    // Each the other way round, so that what is read from it or printed there fails, as through a closed one.
+    for (const int file : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO})
+        if (fcntl(file, F_GETFD) < 0)
+            open("/dev/null", file == STDIN_FILENO ? O_WRONLY : O_RDONLY);
+    cv::utils::logging::setLogLevel(cv::utils::logging::LOG_LEVEL_SILENT);
+}
+
+void write_to_stderr(std::string_view text) {
+    while (!text.empty()) {
+        const auto written = ::write(STDERR_FILENO, text.data(), text.size());
+        if (written < 0 && errno == EINTR)
+            continue;
+        if (written <= 0)
+            return;
+        text.remove_prefix(static_cast<std::size_t>(written));
+    }
+}
+
+// The bar is the last line of the terminal. Whatever else is printed takes its place first.
+
+namespace {
+
+bool is_terminal() {
+    const char* kind = std::getenv("TERM");
+    return isatty(STDERR_FILENO) && kind && std::string_view(kind) != "dumb";
+}
+
+std::size_t columns() {
+    winsize size{};
+    return ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 0 ? size.ws_col : 80;
+}
+
+} // namespace
+
+std::string in_minutes(double seconds) {
+    const auto whole = std::llround(std::min(seconds, 1e9));
+    const auto hours = whole / 3600, minutes = whole / 60 % 60;
+    return hours > 0 ? fmt::format("{}:{:02}:{:02}", hours, minutes, whole % 60)
+                     : fmt::format("{}:{:02}", minutes, whole % 60);
+}
+
+Progress::Progress(ProgressKind kind, std::size_t count, bool quiet)
+    : count_(count), bar_(kind == ProgressKind::automatic && count > 1 && !quiet && is_terminal()),
+      openjd_(kind == ProgressKind::openjd) {}
+
+void Progress::hide() {
+    if (shown_)
+        write_to_stderr("\r\x1b[K");
+    shown_ = false;
+}
+
+void Progress::advance() {
+    const auto now = std::chrono::steady_clock::now();
+    ++done_;
+    if (done_ == 1)
+        first_ = now;
+    if (!bar_ && !openjd_)
+        return;
+    // The first frame is slow: kernels are compiled and nothing overlaps yet.
+    const double passed = std::chrono::duration<double>(now - (done_ > 1 ? first_ : start_)).count();
+    const double rate = static_cast<double>(std::max<std::size_t>(done_ - 1, 1)) / std::max(passed, 1e-9);
+    const std::string text = fmt::format("{} of {}  {:.3g} frames/s  {} left", done_, count_, rate,
+                                         in_minutes(static_cast<double>(count_ - done_) / rate));
+    if (openjd_) {
+        fmt::print("openjd_progress: {:.1f}\nopenjd_status: {}\n",
+                   100 * static_cast<double>(done_) / static_cast<double>(count_), text);
+        flush_output();
+        return;
+    }
+    const std::size_t place = columns(), around = text.size() + 5;
+    std::string bar;
+    if (place > around + 10) {
+        const std::size_t length = std::min<std::size_t>(place - around, 40), full = length * done_ / count_;
+        bar = "[" + std::string(full, '#') + std::string(length - full, '.') + "]  ";
+    }
+    write_to_stderr("\r\x1b[K" + (bar + text).substr(0, place - 1));
+    shown_ = true;
 }
 
 } // namespace fathom::cli

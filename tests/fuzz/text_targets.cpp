@@ -4,9 +4,7 @@
 #include "camera_file/file.hpp"
 #include "cli/command.hpp"
 #include "cli/program.hpp"
-#include "sequence/frame_pattern.hpp"
-#include "sequence/frame_range.hpp"
-#include "sequence/frame_values.hpp"
+#include "sequence/frames.hpp"
 
 #include <fathom/camera_file.hpp>
 #include <fathom/import_camera.hpp>

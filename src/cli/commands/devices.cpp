@@ -1,5 +1,6 @@
 // fathom devices
 #include "cli/command.hpp"
+#include "shot/options.hpp"
 #include "terminal/messages.hpp"
 
 #include <fathom/device.hpp>

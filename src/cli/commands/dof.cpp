@@ -1,14 +1,13 @@
 // fathom dof
 #include "description/dof.hpp"
-#include "description/photograph.hpp"
+#include "description/lens.hpp"
 
 #include "cli/command.hpp"
+#include "cli/operation.hpp"
 #include "cli/options/depth_options.hpp"
 #include "cli/options/described.hpp"
 #include "cli/options/lens.hpp"
-#include "cli/options/max_error.hpp"
 #include "cli/options/picture.hpp"
-#include "cli/options/relative.hpp"
 #include "io/floats_on_host.hpp"
 #include "shot/each_depth.hpp"
 

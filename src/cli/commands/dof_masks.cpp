@@ -5,7 +5,6 @@
 #include "cli/options/described.hpp"
 #include "cli/options/lens.hpp"
 #include "cli/options/picture.hpp"
-#include "cli/options/relative.hpp"
 #include "operations/bands.hpp"
 #include "shot/each_depth.hpp"
 

@@ -3,8 +3,8 @@
 #include "cli/command.hpp"
 #include "cli/options/depth_options.hpp"
 #include "io/cameras/camera_formats.hpp"
-#include "io/exr/depth_channels.hpp"
 #include "io/floats_on_host.hpp"
+#include "io/formats.hpp"
 #include "terminal/messages.hpp"
 
 #include <fathom/dof.hpp>

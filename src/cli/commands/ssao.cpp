@@ -3,7 +3,6 @@
 #include "cli/operation.hpp"
 #include "cli/options/depth_options.hpp"
 #include "cli/options/described.hpp"
-#include "cli/options/max_error.hpp"
 #include "doubts/lengths.hpp"
 #include "io/floats_on_host.hpp"
 #include "io/formats.hpp"

@@ -1,12 +1,13 @@
 // Options that several commands share.
 #include "depth_options.hpp"
 
-#include "animation.hpp"
-
 #include "cli/command.hpp"
-#include "sequence/frame_range.hpp"
+#include "sequence/frames.hpp"
 #include "terminal/messages.hpp"
 
+#include <fathom/error.hpp>
+
+#include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -53,9 +54,14 @@ std::vector<std::string> raw_names(int least_channels = 1) {
     return names;
 }
 
-std::vector<std::string> joined_with_raw(std::vector<std::string> formats) {
-    std::ranges::copy(raw_names(), std::back_inserter(formats));
-    return formats;
+// What `read` makes something of.
+template <typename Read>
+CLI::Validator is_read_by(Read read, const std::string& what) {
+    return CLI::Validator(
+        [read, what](std::string& text) {
+            return read(text) ? std::string() : "'" + text + "' will not do; it is " + what;
+        },
+        "");
 }
 
 } // namespace
@@ -184,12 +190,7 @@ void add_ignore_options(CLI::App& app, DepthOptions& options) {
         [&options, limits](const std::string& text) { options.valid = limits(text); },
         "distances along the axis that count, in scene units, as in\n0.3,12 or 0.3,inf. Others are invalid; the "
         "background stays")
-        ->check(CLI::Validator(
-            [limits](std::string& text) {
-                return limits(text) ? std::string()
-                                    : "'" + text + "' will not do; it is two numbers MIN,MAX with MIN <= MAX";
-            },
-            ""));
+        ->check(is_read_by(limits, "two numbers MIN,MAX with MIN <= MAX"));
 }
 
 void add_run_options(CLI::App& app, DepthOptions& options) {
@@ -199,18 +200,48 @@ void add_run_options(CLI::App& app, DepthOptions& options) {
         "in bands, as in 8G or 500M, and what the images of all inputs in\n"
         "work may take if there are several (default: a quarter of the\n"
         "machine's, or of its container's, for the images)")
-        ->check(CLI::Validator(
-            [](std::string& text) {
-                return bytes_of(text) ? std::string()
-                                      : "'" + text + "' will not do; it is a number above 0 and K, M, G or T, as in 8G";
-            },
-            ""));
+        ->check(is_read_by(bytes_of, "a number above 0 and K, M, G or T, as in 8G"));
     add_enum_option(
         app, "--progress", options.progress,
         {{"auto", ProgressKind::automatic}, {"openjd", ProgressKind::openjd}, {"off", ProgressKind::off}},
         "of several inputs: a bar where stderr is a terminal (auto;\ndefault), Open Job Description's lines on stdout "
         "(openjd), or none")
         ->group("Report");
+}
+
+void add_output_options(CLI::App& app, DepthOptions& options, const Product& product) {
+    std::vector<std::string> formats, all_formats = raw_names();
+    for (const std::string& extension : product.extensions)
+        formats.push_back(extension.substr(1));
+    all_formats.insert(all_formats.begin(), formats.begin(), formats.end());
+    add_option(app, "Output", "-o,--output", "OUT", options.output,
+               "file to write (" + CLI::detail::join(product.extensions, " ") +
+                   "), or a folder:\nresults keep the names of their inputs there. Also ao.####.exr, or -")
+        ->required();
+    add_option(
+        app, "Output", "--format", "TYPE", [&options](const std::string& format) { options.format = "." + format; },
+        "type of the results in a folder: " + one_of(formats) + "\n(default: " + formats.front() +
+            "), or of the pixels of -o -:\n" + one_of(raw_names()))
+        ->check(is_one_of(all_formats));
+    if (!product.png_scale)
+        add_option(
+            app, "Output", "--png-scale", "S", [&options](double scale) { options.png_scale = scale; },
+            "write .png as round(value × S × 65535), 16 bits (" + scales.limits() + ")")
+            ->check(is_in(scales));
+
+    app.add_flag("--append", options.append,
+                 "write a copy of the input EXR that has the result beside its own\nchannels")
+        ->group("Output");
+    app.add_flag("--half", options.half, "write .exr of 16-bit floats (default: 32 bits)")->group("Output");
+    add_enum_option(
+        app, "--compression", options.compression,
+        {{"none", ExrCompression::none},
+         {"zips", ExrCompression::zips},
+         {"zip", ExrCompression::zip},
+         {"piz", ExrCompression::piz},
+         {"dwaa", ExrCompression::dwaa}},
+        "of .exr (default: zip). dwaa loses a little of channels called\nR, G, B or Y, N.Y and P.Y among them")
+        ->group("Output");
 }
 
 } // namespace
@@ -242,46 +273,10 @@ void add_depth_options(CLI::App& app, DepthOptions& options, const Product& prod
         [&options](const std::string& text) { options.inputs.pipes.size = size_in(text); },
         "of the frames in pipes: DEPTH and IMAGE may be - (standard input)\n"
         "or a named pipe with raw frames, and OUT may be -")
-        ->check(CLI::Validator(
-            [](std::string& text) {
-                return size_in(text) ? std::string() : "'" + text + "' will not do; it is as in 1920x1080";
-            },
-            ""));
+        ->check(is_read_by(size_in, "as in 1920x1080"));
     add_raw_format_option(app, "--depth-format", options.inputs.pipes.depth, 1, "of depth in a pipe");
 
-    std::vector<std::string> formats, all_formats;
-    for (const std::string& extension : product.extensions)
-        formats.push_back(extension.substr(1));
-    all_formats = joined_with_raw(formats);
-    add_option(app, "Output", "-o,--output", "OUT", options.output,
-               "file to write (" + CLI::detail::join(product.extensions, " ") +
-                   "), or a folder:\nresults keep the names of their inputs there. Also ao.####.exr, or -")
-        ->required();
-    add_option(
-        app, "Output", "--format", "TYPE", [&options](const std::string& format) { options.format = "." + format; },
-        "type of the results in a folder: " + one_of(formats) + "\n(default: " + formats.front() +
-            "), or of the pixels of -o -:\n" + one_of(raw_names()))
-        ->check(is_one_of(all_formats));
-    if (!product.png_scale)
-        add_option(
-            app, "Output", "--png-scale", "S", [&options](double scale) { options.png_scale = scale; },
-            "write .png as round(value × S × 65535), 16 bits (" + scales.limits() + ")")
-            ->check(is_in(scales));
-
-    app.add_flag("--append", options.append,
-                 "write a copy of the input EXR that has the result beside its own\nchannels")
-        ->group("Output");
-    app.add_flag("--half", options.half, "write .exr of 16-bit floats (default: 32 bits)")->group("Output");
-    add_enum_option(
-        app, "--compression", options.compression,
-        {{"none", ExrCompression::none},
-         {"zips", ExrCompression::zips},
-         {"zip", ExrCompression::zip},
-         {"piz", ExrCompression::piz},
-         {"dwaa", ExrCompression::dwaa}},
-        "of .exr (default: zip). dwaa loses a little of channels called\nR, G, B or Y, N.Y and P.Y among them")
-        ->group("Output");
-
+    add_output_options(app, options, product);
     CLI::Option* quiet = app.add_flag_callback(
         "--quiet", [&options] { options.report = Report::nothing; }, "print nothing on success; warnings still come");
     CLI::Option* json = app.add_flag_callback(
@@ -291,8 +286,7 @@ void add_depth_options(CLI::App& app, DepthOptions& options, const Product& prod
     json->group("Report")->excludes(quiet);
     app.add_flag("--resume", options.resume,
                  "keep what is finished: a line beside each result says what made it,\nand a frame is made only if "
-                 "that changed "
-                 "(docs/sequences.md)")
+                 "that changed (docs/sequences.md)")
         ->group("Frames");
     add_option(
         app, "Report", "--log", "FILE", options.log,
@@ -301,6 +295,89 @@ void add_depth_options(CLI::App& app, DepthOptions& options, const Product& prod
     add_run_options(app, options);
 
     add_device_options(app, options.device);
+}
+
+// An animated option is given anew for each frame, as if it stood on a command line of its own.
+
+namespace {
+
+void give(CLI::Option& option, const std::string& value) {
+    option.clear();
+    option.add_result(value);
+    option.run_callback();
+}
+
+// What an operation computes may change. Which files there are, and how they are read, may not: --relative-range and
+// --focus-range change the depth as it is read.
+bool can_change(const CLI::Option& option) {
+    const auto is_one = [](const std::string& name, const std::vector<std::string>& names) {
+        return std::ranges::find(names, name) != names.end();
+    };
+    return option.get_expected_max() == 1 && !option.get_positional() &&
+           (option.get_name() == "--blur-px" ||
+            !is_one(option.get_group(), {"Input", "Picture", "Distance", "Positions", "Frames", "Output", "Report",
+                                         "Device", "Relative depth", "Options"}));
+}
+
+CLI::Option& option_called(CLI::App& app, const std::string& name) {
+    std::vector<std::string> known;
+    for (CLI::Option* option : app.get_options())
+        if (can_change(*option)) {
+            known.push_back(option->get_name().substr(2));
+            if (known.back() == name)
+                return *option;
+        }
+    if (known.empty())
+        throw UsageError(
+            fmt::format("--animate: {} has no option that changes from frame to frame; leave it out", app.get_name()));
+    const std::string meant = nearest(name, known);
+    throw UsageError(fmt::format("--animate: '{}' is no option that changes from frame to frame; {}", name,
+                                 meant.empty() ? "it is " + one_of(known) : "did you mean " + meant + "?"));
+}
+
+Animation animation_of(CLI::App& app, const std::string& text) {
+    const std::size_t sign = text.find('=');
+    std::string name = text.substr(0, sign);
+    name.erase(0, std::min(name.find_first_not_of('-'), name.size()));
+    if (sign == std::string::npos || name.empty() || sign + 1 == text.size())
+        throw UsageError("--animate: '" + text + "' will not do; it is NAME=FILE, as in focus=focus.csv");
+    std::ranges::replace(name, '_', '-');
+    CLI::Option& option = option_called(app, name);
+    if (option.count() > 0)
+        throw UsageError(fmt::format("--animate: {} is given already; give it once", option.get_name()));
+    const std::string file = text.substr(sign + 1);
+    Animation animation{.option = option.get_name(),
+                        .file = file,
+                        .values = sequence::read_frame_values(file, name),
+                        .give = [&option](const std::string& value) { give(option, value); }};
+    for (const auto& [frame, value] : animation.values)
+        try {
+            animation.give(value);
+        } catch (const CLI::ParseError& error) {
+            throw Error(fmt::format("{}: frame {}: {}", file, frame, error.what()));
+        }
+    animation.give(animation.values.begin()->second); // until the first frame says otherwise
+    return animation;
+}
+
+} // namespace
+
+void add_animate_options(CLI::App& app, DepthOptions& options) {
+    CLI::Option* const animate =
+        app.add_option_function<std::vector<std::string>>(
+               "--animate",
+               [&app, &options](const std::vector<std::string>& all) {
+                   for (const std::string& each : all)
+                       options.animations.push_back(animation_of(app, each));
+               },
+               "an option whose value changes: FILE holds a line\nFRAME,VALUE for each frame, or JSON "
+               "(docs/sequences.md)")
+            ->type_name("NAME=FILE")
+            ->allow_extra_args(false)
+            ->group("Frames");
+    app.add_flag("--interpolate", options.interpolate, "fills the frames between two lines of --animate, evenly")
+        ->needs(animate)
+        ->group("Frames");
 }
 
 } // namespace fathom::cli

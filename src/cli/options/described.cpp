@@ -3,8 +3,7 @@
 
 #include "depth_options.hpp"
 
-#include "cli/help.hpp"
-
+#include "cli/command.hpp"
 #include "terminal/exit.hpp"
 
 #include <CLI/CLI.hpp>

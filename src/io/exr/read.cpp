@@ -1,7 +1,6 @@
 // Depth from OpenEXR, with OpenEXR's own library: any part, half, float or uint, scan lines or tiles.
 // What comes back is the display window, which is what a camera's projection maps, or any other rectangle: pixels that the
 // data window does not reach are NaN.
-#include "depth_channels.hpp"
 #include "open.hpp"
 
 #include "io/formats.hpp"

@@ -1,6 +1,6 @@
 // Exif's orientation (Exif 2.32, tag 274: a TIFF directory) and the curves of a colour profile (ICC.1:2022).
 // Data that ends too early says nothing.
-#include "metadata.hpp"
+#include "codecs.hpp"
 
 #include <algorithm>
 #include <cstring>

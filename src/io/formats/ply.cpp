@@ -1,6 +1,5 @@
 // Positions as a point cloud: PLY, binary, in the machine's byte order (Turk 1994). Normals are nx, ny, nz, colours red, green
 // and blue of 8 bits, as all readers know them.
-#include "io/color_encoding.hpp"
 #include "io/formats.hpp"
 
 #include <opencv2/core.hpp>

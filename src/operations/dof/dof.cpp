@@ -10,10 +10,11 @@
 #include "operations/cheapest.hpp"
 #include "operations/dof/dof_aperture.hpp"
 #include "operations/dof/dof_layers.hpp"
-#include "operations/dof_masks/circle.hpp"
+#include "operations/dof/tile_grid.hpp"
+#include "operations/dof_masks/dof_masks.hpp"
 #include "operations/parameters.hpp"
 #include "require.hpp"
-#include "runtime/launched.hpp"
+#include "runtime/launch.hpp"
 #include "runtime/scratch.hpp"
 #include "runtime/table.hpp"
 
@@ -149,15 +150,20 @@ struct Blur {
     Aperture aperture;
     float aspect; // of a circle: its height over its width
     bool upright;
-    bool alone;              // is there one band only?
-    std::size_t layer_bytes; // that a layer's own passes may take, twice
-    std::size_t image_bytes; // of the images below
-    Image planes, state, tiles;
-    Image blocks, hiding; // where what lies behind is looked for
+    std::size_t layer_bytes;     // that a layer's own passes may take, twice
+    bool alone = true;           // is there one band only?
+    std::size_t image_bytes = 0; // of the images below
+    Image planes = {}, state = {}, tiles = {};
+    Image blocks = {}, hiding = {}; // where what lies behind is looked for
 
     runtime::Kernel& kernel(const char* name, runtime::Defines defines, bool stream = false) const {
         defines.insert(defines.end(), {{"V", vector_width}, {"STREAM", stream}, {"CHANNELS", channels}});
         return runtime::kernel(device, name, defines);
+    }
+    template <typename... Arguments>
+    void launch(const char* name, const runtime::Defines& defines, runtime::Range range,
+                const Arguments&... arguments) const {
+        runtime::launch(device, kernel(name, defines), range, arguments...);
     }
     bool behind() const { return clean_plate || looks_behind; } // have pixels a second surface?
     bool accurate() const { return quality == Quality::accurate; }
@@ -194,8 +200,7 @@ int words_of(int tiles_across, int tiles_down) {
 
 std::vector<TileBits> tile_bits(const Blur& blur, const Image& tiles, int across, bool hiding) {
     const auto columns = static_cast<std::size_t>(across), rows = static_cast<std::size_t>(blur.down());
-    runtime::launch(blur.device, blur.kernel("dof_tiles", {{"HIDING", hiding}}), {columns, rows}, blur.planes, tiles,
-                    blur.p);
+    blur.launch("dof_tiles", {{"HIDING", hiding}}, {columns, rows}, blur.planes, tiles, blur.p);
     std::vector<TileBits> bits(columns * rows);
     tiles.region(0, 0, words_of(across, blur.down()), 1).download(bits.data());
     return bits;
@@ -211,33 +216,6 @@ std::vector<TileBits> hiding_bits(const Blur& blur) {
     return tile_bits(blur, blur.hiding, blur.hiding_across(), true);
 }
 
-// Adds the second surfaces to the tiles of the first ones. Where something is hidden, something ends.
-void add_hidden(std::vector<TileBits>& tiles, const std::vector<TileBits>& hiding) {
-    for (std::size_t i = 0; i < hiding.size(); ++i) {
-        TileBits& tile = tiles[i / 2];
-        bool any = false;
-        for (std::size_t word = 0; word < tile.size(); ++word) {
-            tile[word] |= hiding[i][word];
-            any |= hiding[i][word] != 0;
-        }
-        if (any)
-            set_bit(tile, jump_bit + static_cast<int>(i % 2));
-    }
-}
-static_assert(params::dof_tile_columns == 2 * params::dof_hiding_columns);
-
-bool any_with(std::span<const TileBits> tiles, int bit) {
-    return std::ranges::any_of(tiles, [=](const TileBits& tile) { return has_bit(tile, bit); });
-}
-
-// The farthest layer that a pixel may lie in.
-int farthest_layer(std::span<const TileBits> tiles) {
-    int bit = most_layers - 1;
-    while (bit > 0 && !any_with(tiles, bit))
-        --bit;
-    return bit;
-}
-
 // Gives every pixel its second surface: what lies behind it.
 void look_behind(const Blur& blur, int farthest) {
     constexpr u32 side = params::dof_behind_block;
@@ -248,11 +226,10 @@ void look_behind(const Blur& blur, int farthest) {
                                   .most = guess_px};
     runtime::Scratch scratch(blur.device); // what a layer's passes hand to one another may take it again
     const Image inner = scratch.image(Element::f32, {static_cast<int>(blur.p.stride), static_cast<int>(blur.p.rows)});
-    runtime::launch(blur.device, blur.kernel("dof_inner", {}), {b.block_columns, b.block_rows}, blur.planes, inner,
-                    blur.blocks, blur.p, b);
+    blur.launch("dof_inner", {}, {b.block_columns, b.block_rows}, blur.planes, inner, blur.blocks, blur.p, b);
     const char* const look = blur.accurate() ? "dof_behind" : "dof_guess";
-    runtime::launch(blur.device, blur.kernel(look, {{"CLEAN_PLATE", blur.clean_plate}}),
-                    {blur.p.stride / side, b.block_rows}, blur.planes, inner, blur.blocks, blur.p, b);
+    blur.launch(look, {{"CLEAN_PLATE", blur.clean_plate}}, {blur.p.stride / side, b.block_rows}, blur.planes, inner,
+                blur.blocks, blur.p, b);
 }
 
 DofMasksOptions circle_options(const DofOptions& options) {
@@ -269,16 +246,15 @@ void cut_into_planes(const Blur& blur, const StoredDepth& stored, const Image& c
                            stored.image.width(), stored.image.height());
     dof_masks(stored, {.coc = circles}, coc, circle_options(options));
     const runtime::Defines defines{{"ELEMENT", element_define(color.element())}, {"CLEAN_PLATE", clean_plate}};
-    runtime::launch(blur.device, blur.kernel("dof_planes", defines), {blur.vectors(p.stride), p.rows}, color,
-                    blur.planes, grid(color, color), p);
+    blur.launch("dof_planes", defines, {blur.vectors(p.stride), p.rows}, color, blur.planes, grid(color, color), p);
 }
 
 // The fragment of a nearer surface that antialiasing mixed into a farther one moves to the nearer one, or into the cleared state.
 void unmix(const Blur& blur, const Image& color) {
     for (const u32 gain : {0u, 1u})
-        runtime::launch(blur.device, blur.kernel("dof_unmix", {{"ELEMENT", element_define(color.element())}}),
-                        {static_cast<std::size_t>(blur.across()), static_cast<std::size_t>(blur.down())}, blur.planes,
-                        color, blur.state, blur.tiles, grid(color, color), blur.p, params::unmix_params{.gain = gain});
+        blur.launch("dof_unmix", {{"ELEMENT", element_define(color.element())}},
+                    {static_cast<std::size_t>(blur.across()), static_cast<std::size_t>(blur.down())}, blur.planes,
+                    color, blur.state, blur.tiles, grid(color, color), blur.p, params::unmix_params{.gain = gain});
 }
 
 // The tiles of the first surfaces.
@@ -305,6 +281,51 @@ void clear(const Blur& blur) {
 // Do the pixels that a plan's tiles see have a second surface, and is it a guess? BEHIND of the kernels.
 enum class Behind { none, known, guessed };
 
+// What the passes of a plan read, and what they hand to one another.
+struct PassImages {
+    Image lists, starts, spans, halves, taps, weights;
+    Image strips = {}, cell_sums = {}; // of strips or cells
+};
+
+void lay_cells(const Blur& blur, const LayerPass& pass, const PassImages& images, Behind behind) {
+    const runtime::Defines cell{{"FILL", pass.fill}, {"BEHIND", static_cast<int>(behind)}, {"CELL", pass.cell}};
+    const Image& cells = images.strips;
+    constexpr std::size_t pixels = 16; // of an item of dof_cell_layer
+    blur.launch("dof_cells", cell, {pass.cells.blocks, 1}, blur.planes, blur.tiles, images.lists, cells, blur.p,
+                pass.cells);
+    blur.launch("dof_cell_sums", {{"FILL", pass.fill}}, {pass.cells.sum_blocks * (pass.fill ? 2u : 1u), 1}, cells,
+                images.lists, images.starts, images.weights, images.cell_sums, pass.cells);
+    blur.launch("dof_cell_layer", cell,
+                {pass.cells.tiles * params::dof_tile_columns / pixels * params::dof_tile_rows, 1}, blur.planes,
+                images.cell_sums, images.lists, blur.state, blur.p, pass.cells);
+}
+
+// Of pixels that are read directly, or of strips that a launch of their own makes.
+void lay_gathered(const Blur& blur, const LayerPass& pass, const PassImages& images, Behind behind) {
+    const auto of_behind = static_cast<int>(behind);
+    const runtime::Range strips_range{pass.strips.tiles, static_cast<std::size_t>(params::dof_tile_rows) /
+                                                             std::max(pass.strips.pitch, 1u)};
+    const std::size_t pixels =
+        pass.gather.tiles * blur.vectors(params::dof_tile_columns) * params::dof_tile_rows; // in vectors
+    const Image& source = pass.direct ? blur.planes : images.strips;
+    if (pass.parts) {
+        if (!pass.direct)
+            blur.launch("dof_part_strips", {{"BRIGHT", pass.bright}}, strips_range, blur.planes, images.lists,
+                        images.strips, blur.p, pass.strips);
+        blur.launch("dof_parts", {{"DIRECT", pass.direct}, {"BRIGHT", pass.bright}}, {pixels, 1}, source, images.lists,
+                    images.starts, pass.direct ? images.taps : images.spans, images.halves, blur.state, blur.p,
+                    pass.gather, pass.part);
+        return;
+    }
+    if (!pass.direct)
+        blur.launch("dof_strips", {{"FILL", pass.fill}, {"BRIGHT", pass.bright}, {"BEHIND", of_behind}}, strips_range,
+                    blur.planes, blur.tiles, images.lists, images.strips, blur.p, pass.strips);
+    blur.launch("dof_gather",
+                {{"FILL", pass.fill}, {"BRIGHT", pass.bright}, {"DIRECT", pass.direct}, {"BEHIND", of_behind}},
+                {pixels / params::dof_rows_at_once, 1}, blur.planes, blur.tiles, source, images.lists, images.starts,
+                images.spans, blur.state, blur.p, pass.gather);
+}
+
 void run(const Blur& blur, const LayerPlan& plan, Behind behind) {
     if (plan.passes.empty())
         return;
@@ -314,15 +335,15 @@ void run(const Blur& blur, const LayerPlan& plan, Behind behind) {
             values.emplace_back();
         return runtime::table(blur.device, element, values).on(blur.device);
     };
-    const Image lists = table(Element::u32, plan.lists);
-    const Image starts = table(Element::u32, plan.starts);
-    const Image spans = table(Element::f32, plan.spans);
-    const auto half_planes =
+    const auto halves =
         blur.accurate() ? aperture_halves(blur.aperture, blur.upright) : std::vector<std::array<float, 4>>(1);
-    const Image halves = table(Element::f32, half_planes);
-    const Image taps = table(Element::f32, plan.taps);
+    PassImages images{.lists = table(Element::u32, plan.lists),
+                      .starts = table(Element::u32, plan.starts),
+                      .spans = table(Element::f32, plan.spans),
+                      .halves = table(Element::f32, halves),
+                      .taps = table(Element::f32, plan.taps),
+                      .weights = table(Element::f32, plan.weights)};
     constexpr int row = 4096;
-    const Image weights = table(Element::f32, plan.weights);
     const auto floats = [&](std::size_t count) {
         return scratch.image(Element::f32, {row, static_cast<int>((count + row - 1) / row) + 1});
     };
@@ -331,53 +352,16 @@ void run(const Blur& blur, const LayerPlan& plan, Behind behind) {
         return floats(blur.alone || needed == 1 ? needed : std::max(needed, budget));
     };
     const std::size_t most = blur.layer_bytes / sizeof(float);
+    const std::size_t needed = std::max(plan.strip_elements, plan.cell_elements);
     check_budget(blur.device, {static_cast<int>(blur.p.width), static_cast<int>(blur.p.height)}, blur.image_bytes,
-                 sizeof(float) * std::max(plan.strip_elements, plan.cell_elements));
-    const Image strips = room(std::max(plan.strip_elements, plan.cell_elements), most), cells = strips,
-                cell_sums = room(plan.cell_elements, most);
-    for (const LayerPass& pass : plan.passes) {
-        if (pass.cell > 1) {
-            const runtime::Defines cell{{"FILL", pass.fill}, {"BEHIND", static_cast<int>(behind)}, {"CELL", pass.cell}};
-            constexpr std::size_t pixels = 16; // of an item of dof_cell_layer
-            runtime::launch(blur.device, blur.kernel("dof_cells", cell), {pass.cells.blocks, 1}, blur.planes,
-                            blur.tiles, lists, cells, blur.p, pass.cells);
-            runtime::launch(blur.device, blur.kernel("dof_cell_sums", {{"FILL", pass.fill}}),
-                            {pass.cells.sum_blocks * (pass.fill ? 2u : 1u), 1}, cells, lists, starts, weights,
-                            cell_sums, pass.cells);
-            runtime::launch(blur.device, blur.kernel("dof_cell_layer", cell),
-                            {pass.cells.tiles * params::dof_tile_columns / pixels * params::dof_tile_rows, 1},
-                            blur.planes, cell_sums, lists, blur.state, blur.p, pass.cells);
-            continue;
-        }
-        const runtime::Defines sums{{"FILL", pass.fill}, {"BRIGHT", pass.bright}};
-        const runtime::Range strips_range{pass.strips.tiles, static_cast<std::size_t>(params::dof_tile_rows) /
-                                                                 std::max(pass.strips.pitch, 1u)};
-        if (!pass.direct && pass.parts) {
-            runtime::launch(blur.device, blur.kernel("dof_part_strips", {{"BRIGHT", pass.bright}}), strips_range,
-                            blur.planes, lists, strips, blur.p, pass.strips);
-        } else if (!pass.direct) {
-            runtime::Defines stripped = sums;
-            stripped.emplace_back("BEHIND", static_cast<int>(behind));
-            runtime::launch(blur.device, blur.kernel("dof_strips", stripped), strips_range, blur.planes, blur.tiles,
-                            lists, strips, blur.p, pass.strips);
-        }
-        if (pass.parts) {
-            runtime::launch(blur.device, blur.kernel("dof_parts", {{"DIRECT", pass.direct}, {"BRIGHT", pass.bright}}),
-                            {pass.gather.tiles * blur.vectors(params::dof_tile_columns) * params::dof_tile_rows, 1},
-                            pass.direct ? blur.planes : strips, lists, starts, pass.direct ? taps : spans, halves,
-                            blur.state, blur.p, pass.gather, pass.part);
-            continue;
-        }
-        runtime::Defines gathered = sums;
-        gathered.emplace_back("DIRECT", pass.direct);
-        gathered.emplace_back("BEHIND", static_cast<int>(behind));
-        runtime::launch(blur.device, blur.kernel("dof_gather", gathered),
-                        {pass.gather.tiles * blur.vectors(params::dof_tile_columns) * params::dof_tile_rows /
-                             params::dof_rows_at_once,
-                         1},
-                        blur.planes, blur.tiles, pass.direct ? blur.planes : strips, lists, starts, spans, blur.state,
-                        blur.p, pass.gather);
-    }
+                 sizeof(float) * needed);
+    images.strips = room(needed, most);
+    images.cell_sums = room(plan.cell_elements, most);
+    for (const LayerPass& pass : plan.passes)
+        if (pass.cell > 1)
+            lay_cells(blur, pass, images, behind);
+        else
+            lay_gathered(blur, pass, images, behind);
 }
 
 // Blurs the rows that belong to the state, of an image that holds what they need besides.
@@ -409,9 +393,9 @@ void blur_band(Blur call, const StoredDepth& stored, const Image& color, const I
     } else {
         lay(call.looks_behind ? Behind::guessed : call.clean_plate ? Behind::known : Behind::none);
     }
-    runtime::launch(call.device, call.kernel("dof", {{"ELEMENT", call.element}}),
-                    {call.vectors(call.p.columns), static_cast<std::size_t>(call.state_rows())}, call.state, color,
-                    result, grid(color, result), call.p);
+    call.launch("dof", {{"ELEMENT", call.element}},
+                {call.vectors(call.p.columns), static_cast<std::size_t>(call.state_rows())}, call.state, color, result,
+                grid(color, result), call.p);
 }
 
 LayerScale scale_of(const DofOptions& options) {
@@ -434,8 +418,9 @@ struct PlaneCounts {
 PlaneCounts plane_counts(int channels, const DofOptions& options) {
     const auto quality = std::get<Quality>(options.quality);
     const bool behind = looks_behind(options); // tables of blocks and tiles
-    return {(options.clean_plate || behind ? 2 : 1) * (channels + 1) + 1, behind ? 1 : 0,
-            state_planes(channels, quality)};
+    return {.surfaces = (options.clean_plate || behind ? 2 : 1) * (channels + 1) + 1,
+            .behind = behind ? 1 : 0,
+            .laid = state_planes(channels, quality)};
 }
 
 // Rows of tiles.
@@ -446,7 +431,23 @@ RowNeeds rows_of(const params::blur_params& whole, const PlaneCounts& planes, fl
     const auto bytes = [=, row = sizeof(float) * whole.stride * tile_rows](int read, int made) {
         return row * static_cast<std::size_t>((planes.surfaces + planes.behind) * read + planes.laid * made);
     };
-    return {0, down, down, {halo}, bytes, std::max(halo / 4, 1)};
+    return {.begin = 0, .end = down, .height = down, .reaches = {halo}, .bytes = bytes, .least = std::max(halo / 4, 1)};
+}
+
+// Images for bands that read and make at most so many rows of tiles.
+void take_images(Blur& call, runtime::Scratch& scratch, const PlaneCounts& counts, int read, int made) {
+    constexpr int tile_rows = params::dof_tile_rows, block = params::dof_behind_block;
+    const auto planes = [&](int count, int tiles_down) {
+        return scratch.image(Element::f32, {static_cast<int>(call.p.stride), count * tile_rows * tiles_down});
+    };
+    call.planes = planes(counts.surfaces, read);
+    call.state = planes(counts.laid, made);
+    call.tiles = scratch.image(Element::u32, {words_of(call.across(), read), 1});
+    if (call.behind())
+        call.hiding = scratch.image(Element::u32, {words_of(call.hiding_across(), read), 1});
+    if (call.looks_behind)
+        call.blocks =
+            scratch.image(Element::f32, {static_cast<int>(call.p.columns) / block, 4 * tile_rows * read / block + 1});
 }
 
 // Blurs a picture that has a circle somewhere, `widest` the widest one.
@@ -457,25 +458,18 @@ void blur_circles(const StoredDepth& stored, const Image& color, const Image& re
     const LayerScale scale = scale_of(options);
     const params::blur_params whole = blur_parameters(stored, scale, options);
     const int channels = color.channels();
-    Blur call{device,
-              whole,
-              channels,
-              element_define(color.element()),
-              device.options().vector_width,
-              quality,
-              options.clean_plate.has_value(),
-              looks_behind(options),
-              options.aperture,
-              aspect_of(stored.camera),
-              stored.camera.rows == Rows::top_down,
-              true,
-              allowed.layer,
-              0,
-              {},
-              {},
-              {},
-              {},
-              {}};
+    Blur call{.device = device,
+              .p = whole,
+              .channels = channels,
+              .element = element_define(color.element()),
+              .vector_width = device.options().vector_width,
+              .quality = quality,
+              .clean_plate = options.clean_plate.has_value(),
+              .looks_behind = looks_behind(options),
+              .aperture = options.aperture,
+              .aspect = aspect_of(stored.camera),
+              .upright = stored.camera.rows == Rows::top_down,
+              .layer_bytes = allowed.layer};
     constexpr int tile_rows = params::dof_tile_rows;
     const PlaneCounts counts = plane_counts(channels, options);
     const RowNeeds rows_of_tiles = rows_of(whole, counts, call.aspect, pixels_beyond(options, widest));
@@ -491,19 +485,7 @@ void blur_circles(const StoredDepth& stored, const Image& color, const Image& re
     check_budget(device, size, call.image_bytes, 0);
 
     runtime::Scratch scratch(device);
-    const auto planes = [&](int count, int tiles_down) {
-        return scratch.image(Element::f32, {static_cast<int>(whole.stride), count * tile_rows * tiles_down});
-    };
-    call.planes = planes(counts.surfaces, read);
-    call.state = planes(counts.laid, made);
-    call.tiles = scratch.image(Element::u32, {words_of(call.across(), read), 1});
-    if (call.behind())
-        call.hiding = scratch.image(Element::u32, {words_of(call.hiding_across(), read), 1});
-    if (call.looks_behind) {
-        constexpr int block = params::dof_behind_block;
-        call.blocks =
-            scratch.image(Element::f32, {static_cast<int>(whole.columns) / block, 4 * tile_rows * read / block + 1});
-    }
+    take_images(call, scratch, counts, read, made);
     const LayerPlanOptions plan{.aperture = options.aperture,
                                 .scale = scale,
                                 .aspect = static_cast<double>(call.aspect),
@@ -535,6 +517,11 @@ void check_dof_result(const StoredDepth& stored, const Image& color, const Image
                   {"color", color},
                   {"the clean plate", options.clean_plate ? options.clean_plate->color : none},
                   {"the clean plate's depth", options.clean_plate ? options.clean_plate->depth.image : none}});
+}
+
+DofOptions settled(const Tile& tile, const DofOptions& options) {
+    describe(description::Check{}, options);
+    return std::holds_alternative<MaxError>(options.quality) ? chosen(tile, options) : options;
 }
 
 } // namespace
@@ -583,15 +570,6 @@ Image dof(const StoredDepth& stored, const Image& color, const CircleOfConfusion
     dof(stored, color, result, circle, options, launch);
     return result;
 }
-
-namespace {
-
-DofOptions settled(const Tile& tile, const DofOptions& options) {
-    describe(description::Check{}, options);
-    return std::holds_alternative<MaxError>(options.quality) ? chosen(tile, options) : options;
-}
-
-} // namespace
 
 Reach reach(const Tile& tile, const DofOptions& asked, double widest_coc_px) {
     const DofOptions options = settled(tile, asked);

@@ -1,6 +1,7 @@
 // Where a layer has pixels, where its aperture carries them, and how many rows of tiles fit into the memory for its strips.
 
 #include "operations/dof/dof_layers.hpp"
+#include "operations/dof/tile_grid.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -15,82 +16,6 @@ using params::u32;
 // Up to this reach `accurate` reads pixels with their own places in the lens: in small circles the middle of a pixel's
 // part of the lens is not at the pixel's middle.
 constexpr int most_taps = 8;
-
-struct Grid {
-    int across, down;
-    std::vector<unsigned char> marked;
-
-    Grid(int across_, int down_)
-        : across(across_), down(down_), marked(static_cast<std::size_t>(across_) * static_cast<std::size_t>(down_)) {}
-    std::size_t index(int x, int y) const {
-        return static_cast<std::size_t>(y) * static_cast<std::size_t>(across) + static_cast<std::size_t>(x);
-    }
-    bool any() const { return std::ranges::find(marked, 1) != marked.end(); }
-    int row_of(std::size_t place) const { return static_cast<int>(place / static_cast<std::size_t>(across)); }
-    // Rows from the first marked one, and to beyond the last.
-    int first_row() const { return row_of(static_cast<std::size_t>(std::ranges::find(marked, 1) - marked.begin())); }
-    int end_row() const {
-        const auto after = std::find(marked.rbegin(), marked.rend(), 1).base();
-        return row_of(static_cast<std::size_t>(after - marked.begin()) + static_cast<std::size_t>(across) - 1);
-    }
-};
-
-// Marks every place of a line, `step` apart, that is within `reach` of a marked one.
-void widen_line(unsigned char* line, int count, int step, int reach, std::vector<int>& until) {
-    int last = -reach - 1;
-    for (int i = 0; i < count; ++i) // the last marked one up to here
-        until[static_cast<std::size_t>(i)] = last = line[i * step] ? i : last;
-    int next = count + reach;
-    for (int i = count - 1; i >= 0; --i) {
-        const int before = until[static_cast<std::size_t>(i)];
-        next = before == i ? i : next;
-        line[i * step] = i - before <= reach || next - i <= reach;
-    }
-}
-
-// Every tile within so many columns and rows of a marked one.
-Grid widened(Grid grid, int columns, int rows) {
-    std::vector<int> until(static_cast<std::size_t>(std::max(grid.across, grid.down)));
-    for (int y = 0; columns > 0 && y < grid.down; ++y)
-        widen_line(&grid.marked[grid.index(0, y)], grid.across, 1, columns, until);
-    for (int x = 0; rows > 0 && x < grid.across; ++x)
-        widen_line(&grid.marked[grid.index(x, 0)], grid.down, grid.across, rows, until);
-    return grid;
-}
-
-Grid with_bit(std::span<const TileBits> tiles, int across, int bit) {
-    Grid grid(across, static_cast<int>(tiles.size()) / across);
-    for (std::size_t i = 0; i < tiles.size(); ++i)
-        grid.marked[i] = has_bit(tiles[i], bit);
-    return grid;
-}
-
-// Tiles with pixels in layers before `end`.
-Grid with_any(std::span<const TileBits> tiles, int across, int end) {
-    Grid grid(across, static_cast<int>(tiles.size()) / across);
-    for (std::size_t i = 0; i < tiles.size(); ++i)
-        for (int bit = 0; bit < end && !grid.marked[i]; ++bit)
-            grid.marked[i] = has_bit(tiles[i], bit);
-    return grid;
-}
-
-// The tiles that have a marked half.
-Grid tiles_of_halves(const Grid& halves) {
-    Grid tiles(halves.across / 2, halves.down);
-    for (int y = 0; y < halves.down; ++y)
-        for (int x = 0; x < halves.across; ++x)
-            tiles.marked[tiles.index(x / 2, y)] |= halves.marked[halves.index(x, y)];
-    return tiles;
-}
-
-// The halves of tiles in which something before the focus ends.
-Grid jumps_in_halves(std::span<const TileBits> tiles, int across) {
-    Grid halves(2 * across, static_cast<int>(tiles.size()) / across);
-    for (std::size_t i = 0; i < halves.marked.size(); ++i)
-        halves.marked[i] = has_bit(tiles[i / 2], jump_bit + static_cast<int>(i % 2));
-    return halves;
-}
-static_assert(params::dof_tile_columns == 2 * params::dof_hiding_columns);
 
 // Tiles in columns [left, right) and rows [begin, end).
 struct Area {
@@ -160,9 +85,9 @@ public:
           near_(with_any(tiles, across, options.open ? 0 : options.scale.middle)), none_(across, bright_.down),
           jumps_(jumps_in_halves(tiles, across)), before_(none_) {}
 
-    void add(int number, const Grid& own) {
+    void add(int number, const TileGrid& own) {
         Layer layer = layer_of(number, options_);
-        Grid reached = widened(own, layer.tiles_aside, layer.tiles_up);
+        TileGrid reached = widened(own, layer.tiles_aside, layer.tiles_up);
         for (std::size_t i = 0; i < options_.only.size(); ++i)
             reached.marked[i] = reached.marked[i] && options_.only[i];
         const bool grouped = !keeps_parts(options_) && layer.direct;
@@ -171,17 +96,17 @@ public:
         if (layer.cell == 1)
             end_all(cell_groups_);
         // What lies behind is summed only around what ends. A group has one answer for all its layers, which reach one tile.
-        Grid filled = reached;
+        TileGrid filled = reached;
         if (layer.fill) {
             const int halves = grouped ? 1 : divided_up(layer.spans.columns, params::dof_hiding_columns);
-            const Grid around = tiles_of_halves(widened(jumps_, halves, grouped ? 1 : layer.tiles_up));
+            const TileGrid around = tiles_of_halves(widened(jumps_, halves, grouped ? 1 : layer.tiles_up));
             for (std::size_t i = 0; i < filled.marked.size(); ++i)
                 filled.marked[i] &= around.marked[i];
         }
-        Grid rest = reached;
+        TileGrid rest = reached;
         for (std::size_t i = 0; i < rest.marked.size(); ++i)
             rest.marked[i] = layer.fill && !filled.marked[i] && reached.marked[i];
-        for (const Grid* part : {&filled, &rest}) {
+        for (const TileGrid* part : {&filled, &rest}) {
             if (!part->any())
                 continue;
             layer.fill = layer.fill && part == &filled;
@@ -219,7 +144,7 @@ private:
         int number;
         std::array<u32, 2> start_and_reach;
         int aside, up;
-        Grid reached, before;
+        TileGrid reached, before;
     };
 
     // Blocks of cells in a rectangle, and the first one's place.
@@ -236,7 +161,7 @@ private:
         u32 nth(const CellLayer& layer) const { return static_cast<u32>(layer.number - layers.front().number); }
         int block_width() const { return params::dof_block_columns * cell; }
         int block_height() const { return params::dof_block_rows * cell; }
-        bool overlaps(const Grid& reached) const {
+        bool overlaps(const TileGrid& reached) const {
             for (const CellLayer& layer : layers)
                 for (std::size_t i = 0; i < reached.marked.size(); ++i)
                     if (reached.marked[i] && layer.reached.marked[i])
@@ -275,7 +200,7 @@ private:
         return first_start;
     }
 
-    void add_to_group(std::optional<Group>& group, const Layer& layer, const Grid& reached) {
+    void add_to_group(std::optional<Group>& group, const Layer& layer, const TileGrid& reached) {
         if (group && layer.number - group->first >= 32)
             end_all(groups_);
         if (!group)
@@ -314,20 +239,13 @@ private:
         pass.gather.pitch = 1;
         pass.gather.pad = params::dof_margin;
         plan_.starts.insert(plan_.starts.end(), group.layers.begin(), group.layers.end());
-        for (int y = 0; y < near_.down; ++y) {
-            for (int x = 0; x < near_.across; ++x) {
-                const std::size_t i = near_.index(x, y);
-                if (group.reach[i] == 0)
-                    continue;
-                plan_.lists.insert(plan_.lists.end(), {entry(x, y, none_), group.reach[i], group.follow[i]});
-                ++pass.gather.tiles;
-            }
-        }
+        const auto bits = [&](std::size_t i) { return std::pair(group.reach[i], group.follow[i]); };
+        pass.gather.tiles = add_tiles(0, near_.down, bits);
         plan_.passes.push_back(pass);
     }
 
     // A launch, or several where the strips of all tiles would not fit.
-    void add_passes(const Layer& layer, const Grid& own, const Grid& reached) {
+    void add_passes(const Layer& layer, const TileGrid& own, const TileGrid& reached) {
         LayerPass pass{};
         pass.direct = layer.direct;
         pass.cell = 1;
@@ -371,7 +289,7 @@ private:
         }
     }
 
-    void add_pass(LayerPass pass, const Layer& layer, const Grid& reached, const Area& area) {
+    void add_pass(LayerPass pass, const Layer& layer, const TileGrid& reached, const Area& area) {
         pass.gather.list = static_cast<u32>(plan_.lists.size());
         pass.gather.tiles = add_list(area, before_, [&](int x, int y) { return reached.marked[reached.index(x, y)]; });
         if (pass.gather.tiles == 0)
@@ -394,7 +312,7 @@ private:
     }
 
     // The aperture is summed over cells, for as many layers at once as there is room for.
-    void add_cells(const Layer& layer, const Grid& reached) {
+    void add_cells(const Layer& layer, const TileGrid& reached) {
         std::optional<CellGroup>& group = cell_groups_[layer.fill ? 0 : 1];
         const ApertureCells aperture = aperture_cells(options_.aperture, layer.circle, options_.aspect,
                                                       options_.upright, layer.cell, layer.fill ? 2 : 4);
@@ -472,9 +390,9 @@ private:
             static_cast<u32>(blocks.across * blocks.down * params::dof_block_columns * params::dof_block_rows);
         pass.cells.one =
             static_cast<u32>(planes_of(group) * pass.cells.plane) + static_cast<u32>(blocks.across * blocks.down);
-        std::vector<Grid> wanted, read;
+        std::vector<TileGrid> wanted, read;
         for (const CellLayer& layer : group.layers) {
-            Grid own(blocks.across, blocks.down);
+            TileGrid own(blocks.across, blocks.down);
             for (int y = begin; y < end; ++y)
                 for (int x = 0; x < near_.across; ++x)
                     if (layer.reached.marked[layer.reached.index(x, y)]) // with the cells around its own
@@ -486,7 +404,7 @@ private:
             wanted.push_back(std::move(own));
         }
         const auto size = [&] { return static_cast<u32>(plan_.lists.size()); };
-        const auto list = [&](const Grid& grid, std::size_t i, u32 nth) {
+        const auto list = [&](const TileGrid& grid, std::size_t i, u32 nth) {
             if (!grid.marked[i])
                 return 0u;
             const u32 x = static_cast<u32>(i) % static_cast<u32>(grid.across),
@@ -503,20 +421,14 @@ private:
             for (std::size_t i = 0; i < wanted[k].marked.size(); ++i)
                 pass.cells.sum_blocks += list(wanted[k], i, group.nth(group.layers[k]));
         pass.cells.tile_list = size();
-        for (int y = begin; y < end; ++y) {
-            for (int x = 0; x < near_.across; ++x) {
-                const std::size_t i = near_.index(x, y);
-                u32 reach = 0, follow = 0;
-                for (const CellLayer& layer : group.layers) {
-                    reach |= static_cast<u32>(layer.reached.marked[i]) << group.nth(layer);
-                    follow |= static_cast<u32>(layer.before.marked[i]) << group.nth(layer);
-                }
-                if (reach == 0)
-                    continue;
-                plan_.lists.insert(plan_.lists.end(), {entry(x, y, none_), reach, follow});
-                ++pass.cells.tiles;
+        pass.cells.tiles = add_tiles(begin, end, [&](std::size_t i) {
+            u32 reach = 0, follow = 0;
+            for (const CellLayer& layer : group.layers) {
+                reach |= static_cast<u32>(layer.reached.marked[i]) << group.nth(layer);
+                follow |= static_cast<u32>(layer.before.marked[i]) << group.nth(layer);
             }
-        }
+            return std::pair(reach, follow);
+        });
         if (pass.cells.tiles == 0)
             return;
         const std::size_t last = group.nth(group.layers.back()) + std::size_t{1};
@@ -544,7 +456,7 @@ private:
 
     // The word that stands for a tile in a list: its column and row, whether it has a foreground, and whether the layer just
     // before, whose tiles are marked in `before`, reached it too.
-    u32 entry(int x, int y, const Grid& before) const {
+    u32 entry(int x, int y, const TileGrid& before) const {
         const std::size_t i = near_.index(x, y);
         return static_cast<u32>(x) | static_cast<u32>(y) << ENTRY_ROW_SHIFT |
                static_cast<u32>(near_.marked[i]) << ENTRY_FOREGROUND_BIT |
@@ -552,7 +464,7 @@ private:
     }
 
     template <class Wanted>
-    u32 add_list(const Area& area, const Grid& before, const Wanted& wanted) {
+    u32 add_list(const Area& area, const TileGrid& before, const Wanted& wanted) {
         const std::size_t size = plan_.lists.size();
         for (int y = area.begin; y < area.end; ++y)
             for (int x = area.left; x < area.right; ++x)
@@ -561,10 +473,23 @@ private:
         return static_cast<u32>(plan_.lists.size() - size);
     }
 
+    // The tiles in these rows that a layer of a group reaches. `bits` gives a bit for each that does, and for each that follows one.
+    template <class Bits>
+    u32 add_tiles(int begin, int end, const Bits& bits) {
+        u32 count = 0;
+        for (int y = begin; y < end; ++y)
+            for (int x = 0; x < near_.across; ++x)
+                if (const auto [reach, follow] = bits(near_.index(x, y)); reach != 0) {
+                    plan_.lists.insert(plan_.lists.end(), {entry(x, y, none_), reach, follow});
+                    ++count;
+                }
+        return count;
+    }
+
     const LayerPlanOptions& options_;
-    Grid bright_, near_, none_;
-    Grid jumps_;  // in halves of tiles, for whole ones would look beyond the halo of a region
-    Grid before_; // tiles that the layer just before reached
+    TileGrid bright_, near_, none_;
+    TileGrid jumps_;  // in halves of tiles, for whole ones would look beyond the halo of a region
+    TileGrid before_; // tiles that the layer just before reached
     LayerPlan plan_;
     std::array<std::optional<Group>, 2> groups_; // with what lies behind, and without
     std::array<std::optional<CellGroup>, 2> cell_groups_;
@@ -610,13 +535,14 @@ LayerScale layer_scale(const LayerSpacing& spacing, double max_coc_px) {
 
 std::vector<unsigned char> tiles_seeing(std::span<const TileBits> hiding, int across, const LayerPlanOptions& options) {
     const int down = static_cast<int>(hiding.size()) / across;
-    Grid seeing(across, down);
+    TileGrid seeing(across, down);
     for (int number = 0; number < options.scale.count(); ++number) {
-        const Grid own = with_bit(hiding, across, number);
+        const TileGrid own = with_bit(hiding, across, number);
         if (!own.any())
             continue;
         const Layer layer = layer_of(number, options);
-        const Grid reached = widened(own, divided_up(layer.spans.columns, params::dof_hiding_columns), layer.tiles_up);
+        const TileGrid reached =
+            widened(own, divided_up(layer.spans.columns, params::dof_hiding_columns), layer.tiles_up);
         for (std::size_t i = 0; i < seeing.marked.size(); ++i)
             seeing.marked[i] |= reached.marked[i];
     }
@@ -626,7 +552,7 @@ std::vector<unsigned char> tiles_seeing(std::span<const TileBits> hiding, int ac
 LayerPlan layer_plan(std::span<const TileBits> tiles, int across, const LayerPlanOptions& options) {
     Planner planner(tiles, across, options);
     for (int layer = 0; layer < options.scale.count(); ++layer) {
-        const Grid own = with_bit(tiles, across, layer);
+        const TileGrid own = with_bit(tiles, across, layer);
         if (own.any())
             planner.add(layer, own);
         else

@@ -1,6 +1,6 @@
 // Constants of the circle of confusion for the kernels. src/camera/circle_form.cpp has its formula.
 
-#include "operations/dof_masks/circle.hpp"
+#include "operations/dof_masks/dof_masks.hpp"
 
 #include "operations/parameters.hpp"
 

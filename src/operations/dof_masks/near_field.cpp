@@ -4,10 +4,8 @@
 // The discs' weights are needed only until they are added up, and the sums go on from launch to launch in the order of one launch.
 // So weights may be held of a few rows of blocks at a time, with the same bits, however far the discs reach.
 
-#include "operations/dof_masks/near_field.hpp"
-
 #include "operations/bands.hpp"
-#include "operations/dof_masks/circle.hpp"
+#include "operations/dof_masks/dof_masks.hpp"
 #include "operations/parameters.hpp"
 #include "runtime/scratch.hpp"
 

@@ -6,12 +6,11 @@
 #include "description/ssao.hpp"
 #include "operations/cheapest.hpp"
 #include "operations/parameters.hpp"
-#include "operations/ssao/pixel_lattice.hpp"
 #include "operations/ssao/ssao_call.hpp"
-#include "operations/ssao/ssao_faces.hpp"
+#include "operations/ssao/ssao_method.hpp"
 #include "operations/ssao/ssao_plan.hpp"
 #include "require.hpp"
-#include "runtime/launched.hpp"
+#include "runtime/launch.hpp"
 
 #include <algorithm>
 #include <vector>

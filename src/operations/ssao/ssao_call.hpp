@@ -2,9 +2,13 @@
 
 #include "operations/bands.hpp"
 #include "operations/ssao/ssao_method.hpp"
-#include "operations/ssao/ssao_parameters.hpp"
+#include "params.h"
 #include "runtime/scratch.hpp"
 #include "runtime/table.hpp"
+
+#include <fathom/image.hpp>
+#include <fathom/ssao.hpp>
+#include <fathom/tiles.hpp>
 
 #include <array>
 #include <memory>
@@ -128,5 +132,32 @@ void occlude(Workspace& workspace, const StoredDepth& stored, double radius, con
 /// The same in bands, as the device's budget asks.
 void occlude_in_bands(const StoredDepth& stored, double radius, const SsaoOptions& options,
                       const std::vector<Wanted>& results, const OnFace* face = nullptr);
+
+/// Do two cameras see along the same rays through their lenses?
+bool same_lens(const Camera& a, const Camera& b);
+
+/// Occlusion through a lens: by pinholes that see a block of the image each. Waits for the device.
+/// Throws: Error where the device's budget is too small.
+void occlude_through_lens(const StoredDepth& stored, double radius, const SsaoOptions& options,
+                          const std::vector<Wanted>& results);
+
+/// The most bytes that this takes for itself, however near surfaces come.
+std::size_t bytes_through_lens(const Tile& tile, const SsaoOptions& options);
+
+/// Of the radius and the rays that the occlusion kernels have. Pure: no device.
+params::silhouette_params silhouette_parameters(const params::occlusion_params& occlusion, Quality quality);
+
+/// The blocks of an image, if it has any, and those of them that are computed at all pixels.
+struct WholeBlocks {
+    Image words = {};
+    params::block_params chosen{};
+};
+
+/// How thick what each pixel of the depth's image shows is taken to be, from the width of its silhouette: one float, scene units.
+/// With half resolution, and where no block is computed at all pixels, it is that of every second pixel of every second row alone.
+/// `depth`: inverse depth with its margins. What is no surface has some thickness, too.
+Image silhouette_thickness(runtime::Scratch& scratch, const Image& depth, const Tile& stored, bool perspective,
+                           const params::occlusion_params& occlusion, const Sampling& sampling,
+                           const WholeBlocks& blocks);
 
 } // namespace fathom

@@ -2,15 +2,15 @@
 // pinhole's image and a curve in a lens's. So the image is cut into blocks, each of which a pinhole sees with a margin around it:
 // its face. Depth goes onto faces along tangent planes, the kernels for pinholes run there, and results come back.
 
-#include "operations/ssao/ssao_faces.hpp"
+#include "operations/ssao/ssao_call.hpp"
 
 #include "camera/form.hpp"
 #include "lens/faces.hpp"
 #include "operations/inverse_depth.hpp"
 #include "operations/lens_table.hpp"
 #include "operations/parameters.hpp"
-#include "operations/ssao/ssao_parameters.hpp"
-#include "runtime/kept.hpp"
+#include "operations/ssao/ssao_method.hpp"
+#include "runtime/table.hpp"
 
 #include <fathom/normals.hpp>
 #include <fathom/tiles.hpp>

@@ -1,13 +1,30 @@
 #pragma once
 
+#include "camera/rays.hpp"
+#include "operations/inverse_depth.hpp"
 #include "operations/ssao/slices.hpp"
+#include "params.h"
 
+#include <fathom/image.hpp>
 #include <fathom/ssao.hpp>
 
 #include <variant>
 #include <vector>
 
 namespace fathom {
+
+/// The pixels that occlusion is computed for: all of an image, or every second one of every second row of the camera's.
+struct PixelLattice {
+    int every;              ///< pixel of a row and row: 1 or 2
+    int x, y;               ///< the first of them in the image
+    int width, height;      ///< how many there are
+    int camera_x, camera_y; ///< the first of them, counted among the camera's
+};
+
+PixelLattice pixel_lattice(const Tile& tile, int every = 1);
+
+/// The same rays, by the lattice's columns and rows.
+CentreRays rays_of(const CentreRays& rays, const PixelLattice& lattice);
 
 /// The thickness that the options give in this way, if they do.
 template <typename Way>
@@ -61,5 +78,23 @@ bool fits_normals(const Tile& tile, const SsaoOptions& options);
 bool has_slopes(const SsaoOptions& options);
 
 Region region_of(const StoredDepth& stored, const SsaoOptions& options);
+
+/// How far a slope from the difference of two neighbours may be off, in errors of inverse depth.
+inline constexpr float slope_errors_neighbours = 2;
+
+/// Lengths are squared in floats. Every visible surface is nearer than this.
+inline constexpr double longest_length = 1e18;
+
+/// How the pixels lie when split into planes of one jitter pattern each. Pure: no device.
+params::split_params split_parameters(const PixelLattice& lattice);
+
+/// Constants of the occlusion kernels, but for `slope_errors`. Of the table only its counts are used. Pure: no device.
+params::occlusion_params occlusion_parameters(const Camera& camera, const CentreRays& rays,
+                                              const InverseDepthError& error, double radius, const SsaoOptions& options,
+                                              const SliceTable& table);
+
+/// Where the pixels of a lattice lie in an image that begins with row `top` of the stored one. The offset of the first pixel
+/// wraps if the image does not have its row.
+params::grid_params lattice_grid(const Image& source, const PixelLattice& lattice, int top = 0);
 
 } // namespace fathom

@@ -1,10 +1,13 @@
 #pragma once
 
 #include <fathom/photograph.hpp>
+#include <fathom/relative.hpp>
 
 #include <array>
+#include <functional>
 #include <vector>
 
+/// Depth of photographs: onto their grid, and without a unit.
 namespace fathom {
 
 /// May images of two sizes show the same? So if the ratios of width to height differ by a pixel at most.
@@ -35,5 +38,17 @@ private:
 
 /// Pixels of this many channels whose light has its highlights restored.
 void restore_highlights_of(float* pixels, std::size_t count, int channels, double highlights);
+
+/// Runs a function over ranges [begin, end) of rows, perhaps several at once.
+using InRows = std::function<void(int rows, const std::function<void(int begin, int end)>& work)>;
+
+/// On all cores.
+void in_threads(int rows, const std::function<void(int begin, int end)>& work);
+
+/// The first step of `relative_values`: from 0 to 1, by the range if there is one. `bits` as there.
+void to_fractions(std::span<float> values, int bits, const std::optional<std::array<double, 2>>& range);
+
+RelativeValues relative_values(const HostFloats& stored, int bits, const RelativeOptions& options,
+                               const HostFloats& color, const std::string& range_option, const InRows& in_rows);
 
 } // namespace fathom

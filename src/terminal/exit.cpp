@@ -1,6 +1,7 @@
-// A thread waits for signals and sets a flag, which is tested between two steps of the work. All others have them blocked:
-// compilers of OpenCL kernels in this process have handlers of their own, which would delete what they compile.
-#include "interrupt.hpp"
+// How the program is asked to end. A thread waits for signals and sets a flag, which is tested between two steps of the work.
+// All others have them blocked: compilers of OpenCL kernels in this process have handlers of their own, which would delete what
+// they compile.
+#include "exit.hpp"
 
 #include <atomic>
 #include <csignal>

@@ -1,7 +1,7 @@
 #pragma once
 
-#include "frame_range.hpp"
-
+#include <cstddef>
+#include <cstdint>
 #include <filesystem>
 #include <map>
 #include <optional>
@@ -12,6 +12,23 @@
 #include <vector>
 
 namespace fathom::sequence {
+
+/// The number of a frame.
+using Frame = std::int64_t;
+
+inline constexpr Frame largest_frame = 999'999'999'999; ///< of either sign
+inline constexpr int most_figures = 12;                 ///< that it has
+inline constexpr std::size_t most_frames = 10'000'000;  ///< of a range, as in fileseq
+
+/// The frames that fileseq's FrameSet reads from a text, in its order and none twice: "1-10", "1-10x3" (every third),
+/// "1-10y3" (those that x3 leaves out), "1-10:3" (x3, then x2, then x1), "10-1" and "-5--1", with commas between them.
+/// Blanks, # and @ between these are ignored. Unlike fileseq it refuses parts of frames (1.5), numbers with a blank in
+/// them, and a range without frames.
+/// Throws: std::invalid_argument with the text, the place in it and what would be right; also for more frames than `most`.
+std::vector<Frame> parse_frames(std::string_view text, std::size_t most = most_frames);
+
+/// Rising frames in a few words: "1-3, 7".
+std::string in_words(std::span<const Frame> frames);
 
 /// A name that stands for those of all frames: shot.%04d.exr, shot.####.exr or shot.@@@@.exr.
 /// %d and %04d may stand several times, in folders, too: all of them are the same number. Otherwise the last run of # in
@@ -68,5 +85,14 @@ std::vector<std::string> depth_files_in(const std::filesystem::path& folder);
 
 /// Does a name have a character that `matching_files` reads as more than itself?
 bool has_glob(const std::string& name);
+
+/// The values that a file gives to frames, as text.
+/// CSV: a line for each frame, with its number and the value. A first line may name the columns: "frame", and `name` or
+/// "value" for the value; others do not count. Separators are tabs, semicolons or commas, whichever the first line has first
+/// in this order; text between quotation marks may hold them. Lines that are empty or begin with # do not count.
+/// JSON (a file that begins with a brace): {"1": 2.5, "2": "inf", "3": [640, 360]}. Numbers of a list get commas.
+/// `name` has - where a column may have _.
+/// Throws: Error, naming the file, its line and the cure.
+std::map<Frame, std::string> read_frame_values(const std::filesystem::path& file, const std::string& name);
 
 } // namespace fathom::sequence
