@@ -200,24 +200,6 @@ TEST_CASE("ssao program: the radius is the camera file's unless it is given") {
     check_refused(without, 2, "\"ao_distance\" is 0");
 }
 
-TEST_CASE("ssao program: several inputs find and leave their files under their own names") {
-    const Room room;
-    const std::string other = depth_file(room.folder, "other.png", room.depth);
-    fs::create_directory(room.folder / "maps");
-    depth_file(room.folder, "maps/frame.tiff", thickness_map());
-    const auto ask = [&](const std::string& maps) {
-        return run({"ssao", room.input, other, "--camera", room.camera, "-o", room.folder / "out/ao", "--radius", "0.8",
-                    "--thickness-map", maps, "--confidence", room.folder / "out/sure", "--format", "pfm"});
-    };
-    check_refused(ask(room.folder / "maps"), 1, room.folder / "maps/other.exr");
-    CHECK(room.folder.results() == std::vector<std::string>{"ao", "frame.pfm", "frame.pfm", "sure"});
-    depth_file(room.folder, "maps/other.exr", thickness_map());
-    check_done(ask(room.folder / "maps"));
-    CHECK(room.folder.results() ==
-          std::vector<std::string>{"ao", "frame.pfm", "frame.pfm", "other.pfm", "other.pfm", "sure"});
-    check_refused(ask(room.folder / "maps/frame.tiff"), 2, "--thickness-map");
-}
-
 TEST_CASE("ssao program: of one input's files all are written or none") {
     const Room room;
     const std::string output = room.folder / "out/ao.exr", nowhere = room.folder / "out/nowhere/sure.exr";
