@@ -11,7 +11,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <iterator>
 #include <stdexcept>
 #include <string_view>
 
@@ -53,9 +52,14 @@ std::vector<std::string> raw_names(int least_channels = 1) {
     return names;
 }
 
-std::vector<std::string> joined_with_raw(std::vector<std::string> formats) {
-    std::ranges::copy(raw_names(), std::back_inserter(formats));
-    return formats;
+// What `read` makes something of.
+template <typename Read>
+CLI::Validator is_read_by(Read read, const std::string& what) {
+    return CLI::Validator(
+        [read, what](std::string& text) {
+            return read(text) ? std::string() : "'" + text + "' will not do; it is " + what;
+        },
+        "");
 }
 
 } // namespace
@@ -184,12 +188,7 @@ void add_ignore_options(CLI::App& app, DepthOptions& options) {
         [&options, limits](const std::string& text) { options.valid = limits(text); },
         "distances along the axis that count, in scene units, as in\n0.3,12 or 0.3,inf. Others are invalid; the "
         "background stays")
-        ->check(CLI::Validator(
-            [limits](std::string& text) {
-                return limits(text) ? std::string()
-                                    : "'" + text + "' will not do; it is two numbers MIN,MAX with MIN <= MAX";
-            },
-            ""));
+        ->check(is_read_by(limits, "two numbers MIN,MAX with MIN <= MAX"));
 }
 
 void add_run_options(CLI::App& app, DepthOptions& options) {
@@ -199,18 +198,48 @@ void add_run_options(CLI::App& app, DepthOptions& options) {
         "in bands, as in 8G or 500M, and what the images of all inputs in\n"
         "work may take if there are several (default: a quarter of the\n"
         "machine's, or of its container's, for the images)")
-        ->check(CLI::Validator(
-            [](std::string& text) {
-                return bytes_of(text) ? std::string()
-                                      : "'" + text + "' will not do; it is a number above 0 and K, M, G or T, as in 8G";
-            },
-            ""));
+        ->check(is_read_by(bytes_of, "a number above 0 and K, M, G or T, as in 8G"));
     add_enum_option(
         app, "--progress", options.progress,
         {{"auto", ProgressKind::automatic}, {"openjd", ProgressKind::openjd}, {"off", ProgressKind::off}},
         "of several inputs: a bar where stderr is a terminal (auto;\ndefault), Open Job Description's lines on stdout "
         "(openjd), or none")
         ->group("Report");
+}
+
+void add_output_options(CLI::App& app, DepthOptions& options, const Product& product) {
+    std::vector<std::string> formats, all_formats = raw_names();
+    for (const std::string& extension : product.extensions)
+        formats.push_back(extension.substr(1));
+    all_formats.insert(all_formats.begin(), formats.begin(), formats.end());
+    add_option(app, "Output", "-o,--output", "OUT", options.output,
+               "file to write (" + CLI::detail::join(product.extensions, " ") +
+                   "), or a folder:\nresults keep the names of their inputs there. Also ao.####.exr, or -")
+        ->required();
+    add_option(
+        app, "Output", "--format", "TYPE", [&options](const std::string& format) { options.format = "." + format; },
+        "type of the results in a folder: " + one_of(formats) + "\n(default: " + formats.front() +
+            "), or of the pixels of -o -:\n" + one_of(raw_names()))
+        ->check(is_one_of(all_formats));
+    if (!product.png_scale)
+        add_option(
+            app, "Output", "--png-scale", "S", [&options](double scale) { options.png_scale = scale; },
+            "write .png as round(value × S × 65535), 16 bits (" + scales.limits() + ")")
+            ->check(is_in(scales));
+
+    app.add_flag("--append", options.append,
+                 "write a copy of the input EXR that has the result beside its own\nchannels")
+        ->group("Output");
+    app.add_flag("--half", options.half, "write .exr of 16-bit floats (default: 32 bits)")->group("Output");
+    add_enum_option(
+        app, "--compression", options.compression,
+        {{"none", ExrCompression::none},
+         {"zips", ExrCompression::zips},
+         {"zip", ExrCompression::zip},
+         {"piz", ExrCompression::piz},
+         {"dwaa", ExrCompression::dwaa}},
+        "of .exr (default: zip). dwaa loses a little of channels called\nR, G, B or Y, N.Y and P.Y among them")
+        ->group("Output");
 }
 
 } // namespace
@@ -242,46 +271,10 @@ void add_depth_options(CLI::App& app, DepthOptions& options, const Product& prod
         [&options](const std::string& text) { options.inputs.pipes.size = size_in(text); },
         "of the frames in pipes: DEPTH and IMAGE may be - (standard input)\n"
         "or a named pipe with raw frames, and OUT may be -")
-        ->check(CLI::Validator(
-            [](std::string& text) {
-                return size_in(text) ? std::string() : "'" + text + "' will not do; it is as in 1920x1080";
-            },
-            ""));
+        ->check(is_read_by(size_in, "as in 1920x1080"));
     add_raw_format_option(app, "--depth-format", options.inputs.pipes.depth, 1, "of depth in a pipe");
 
-    std::vector<std::string> formats, all_formats;
-    for (const std::string& extension : product.extensions)
-        formats.push_back(extension.substr(1));
-    all_formats = joined_with_raw(formats);
-    add_option(app, "Output", "-o,--output", "OUT", options.output,
-               "file to write (" + CLI::detail::join(product.extensions, " ") +
-                   "), or a folder:\nresults keep the names of their inputs there. Also ao.####.exr, or -")
-        ->required();
-    add_option(
-        app, "Output", "--format", "TYPE", [&options](const std::string& format) { options.format = "." + format; },
-        "type of the results in a folder: " + one_of(formats) + "\n(default: " + formats.front() +
-            "), or of the pixels of -o -:\n" + one_of(raw_names()))
-        ->check(is_one_of(all_formats));
-    if (!product.png_scale)
-        add_option(
-            app, "Output", "--png-scale", "S", [&options](double scale) { options.png_scale = scale; },
-            "write .png as round(value × S × 65535), 16 bits (" + scales.limits() + ")")
-            ->check(is_in(scales));
-
-    app.add_flag("--append", options.append,
-                 "write a copy of the input EXR that has the result beside its own\nchannels")
-        ->group("Output");
-    app.add_flag("--half", options.half, "write .exr of 16-bit floats (default: 32 bits)")->group("Output");
-    add_enum_option(
-        app, "--compression", options.compression,
-        {{"none", ExrCompression::none},
-         {"zips", ExrCompression::zips},
-         {"zip", ExrCompression::zip},
-         {"piz", ExrCompression::piz},
-         {"dwaa", ExrCompression::dwaa}},
-        "of .exr (default: zip). dwaa loses a little of channels called\nR, G, B or Y, N.Y and P.Y among them")
-        ->group("Output");
-
+    add_output_options(app, options, product);
     CLI::Option* quiet = app.add_flag_callback(
         "--quiet", [&options] { options.report = Report::nothing; }, "print nothing on success; warnings still come");
     CLI::Option* json = app.add_flag_callback(
@@ -291,8 +284,7 @@ void add_depth_options(CLI::App& app, DepthOptions& options, const Product& prod
     json->group("Report")->excludes(quiet);
     app.add_flag("--resume", options.resume,
                  "keep what is finished: a line beside each result says what made it,\nand a frame is made only if "
-                 "that changed "
-                 "(docs/sequences.md)")
+                 "that changed (docs/sequences.md)")
         ->group("Frames");
     add_option(
         app, "Report", "--log", "FILE", options.log,
