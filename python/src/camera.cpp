@@ -264,6 +264,70 @@ nb::object pixel_of_directions(const CameraObject& camera, nb::handle directions
     });
 }
 
+// What there is to do with a camera that is made.
+void bind_uses(nb::class_<CameraObject>& camera) {
+    camera
+        .def("for_view_depth", &CameraObject::for_view_depth,
+             "The same camera for view depth, as `linearize` makes it: normals(linearize(depth, c), "
+             "c.for_view_depth()).")
+        .def("ray_of", ray_of_pixels, nb::arg("pixels"),
+             nb::sig("def ray_of(self, pixels: numpy.typing.ArrayLike) -> numpy.typing.NDArray[numpy.float64]"),
+             "Unit rays of pixel positions (x, y), (..., 2) to (..., 3), in the axes of view space. Positions count "
+             "from the corner of the first stored pixel, so that centres lie at + 0.5. NaN where no ray meets a "
+             "pixel: beyond a lens's fold, or outside a fisheye's circle.")
+        .def("pixel_of", pixel_of_directions, nb::arg("directions"),
+             nb::sig("def pixel_of(self, directions: numpy.typing.ArrayLike) -> numpy.typing.NDArray[numpy.float64]"),
+             "The pixel positions that see these directions of view space, (..., 3) to (..., 2): the inverse of "
+             "ray_of. NaN where the camera sees nothing.")
+        .def("to_dict", dict_of,
+             "The keys of the camera file: Camera(**camera.to_dict()) is the same camera. A camera for view depth has "
+             "none.")
+        .def_prop_ro(
+            "width", [](const CameraObject& c) { return side(c.file().camera.width); },
+            nb::sig("def width(self) -> int | None"), "Pixels; None if the camera fits an image of any size.")
+        .def_prop_ro(
+            "height", [](const CameraObject& c) { return side(c.file().camera.height); },
+            nb::sig("def height(self) -> int | None"), "Pixels; None if the camera fits an image of any size.")
+        .def("__repr__", shown)
+        .def(
+            "__eq__",
+            [](const CameraObject& a, const CameraObject& b) {
+                return a.is_for_view_depth() == b.is_for_view_depth() && keys_of(a).equal(keys_of(b));
+            },
+            nb::is_operator(), nb::sig("def __eq__(self, other: object, /) -> bool"))
+        .def("__hash__",
+             [](const CameraObject& c) {
+                 return nb::hash(nb::make_tuple(c.file().camera.width, c.file().camera.height));
+             })
+        .def("__getstate__", [](const CameraObject& c) { return std::pair(c.file().text, c.is_for_view_depth()); })
+        .def("__setstate__", [](CameraObject& self, const std::pair<std::string, bool>& state) {
+            const CameraObject stored = camera_of_text(state.first, source);
+            new (&self) CameraObject(state.second ? stored.for_view_depth() : stored);
+        });
+}
+
+void bind_presets(nb::module_& module) {
+    module.def(
+        "presets",
+        [] {
+            nb::dict known;
+            for (const Preset& preset : presets())
+                known[preset.name.c_str()] = preset.source;
+            return known;
+        },
+        nb::sig("def presets() -> dict[str, str]"),
+        "The sources that `preset` may name: name, and what writes such depth.");
+    module.def("_preset_camera", [](const std::string& text, int width, int height) {
+        return as_argument([&] {
+            nlohmann::json keys = io::parsed_preset("preset " + text, text);
+            camera_for(io::completed(source, {.keys = keys}, {}), width, height); // throws for another size
+            keys["width"] = width;
+            keys["height"] = height;
+            return doubted(CameraObject(io::completed(source, {.keys = keys}, {})), source, 2);
+        });
+    });
+}
+
 } // namespace
 
 std::string in_python(const std::string& said) {
@@ -360,7 +424,7 @@ void bind_camera(nb::module_& module) {
                                             "for its depth. Each camera is told once.",
                                             PyExc_UserWarning, nullptr));
     module.attr("CameraWarning") = warning;
-    nb::class_<CameraObject>(module, "Camera", R"(What stored depth means: projection, size, encoding, pose.
+    nb::class_<CameraObject> camera(module, "Camera", R"(What stored depth means: projection, size, encoding, pose.
 
 Camera(**keys) takes the keys of the camera file (docs/camera.md) as keyword arguments:
 
@@ -377,7 +441,8 @@ Principal points are counted from the corner of the first pixel, unless pixel_or
 
 Two cameras are equal if their keys are.
 
-Raises ValueError naming the key, its value and what would be right. Warns (CameraWarning) of keys that are probably wrong.)")
+Raises ValueError naming the key, its value and what would be right. Warns (CameraWarning) of keys that are probably wrong.)");
+    camera
         .def(
             "__init__",
             [](CameraObject* self, const nb::kwargs& keys) {
@@ -398,66 +463,9 @@ ROS counts integers in millimetres and floats in metres. depth: the depth's file
 Raises fathom.Error, one line with the file's name.)")
         .def_static(
             "from_json", [](const std::string& text) { return doubted(camera_of_text(text, source), source); },
-            nb::arg("text"), "The camera of a camera file's text.")
-        .def("for_view_depth", &CameraObject::for_view_depth,
-             "The same camera for view depth, as `linearize` makes it: normals(linearize(depth, c), "
-             "c.for_view_depth()).")
-        .def("ray_of", ray_of_pixels, nb::arg("pixels"),
-             nb::sig("def ray_of(self, pixels: numpy.typing.ArrayLike) -> numpy.typing.NDArray[numpy.float64]"),
-             "Unit rays of pixel positions (x, y), (..., 2) to (..., 3), in the axes of view space. Positions count "
-             "from the "
-             "corner of the first stored pixel, so that centres lie at + 0.5. NaN where no ray meets a pixel: beyond a "
-             "lens's "
-             "fold, or outside a fisheye's circle.")
-        .def("pixel_of", pixel_of_directions, nb::arg("directions"),
-             nb::sig("def pixel_of(self, directions: numpy.typing.ArrayLike) -> numpy.typing.NDArray[numpy.float64]"),
-             "The pixel positions that see these directions of view space, (..., 3) to (..., 2): the inverse of "
-             "ray_of. NaN "
-             "where the camera sees nothing.")
-        .def("to_dict", dict_of,
-             "The keys of the camera file: Camera(**camera.to_dict()) is the same camera. A camera for view depth has "
-             "none.")
-        .def_prop_ro(
-            "width", [](const CameraObject& c) { return side(c.file().camera.width); },
-            nb::sig("def width(self) -> int | None"), "Pixels; None if the camera fits an image of any size.")
-        .def_prop_ro(
-            "height", [](const CameraObject& c) { return side(c.file().camera.height); },
-            nb::sig("def height(self) -> int | None"), "Pixels; None if the camera fits an image of any size.")
-        .def("__repr__", shown)
-        .def(
-            "__eq__",
-            [](const CameraObject& a, const CameraObject& b) {
-                return a.is_for_view_depth() == b.is_for_view_depth() && keys_of(a).equal(keys_of(b));
-            },
-            nb::is_operator(), nb::sig("def __eq__(self, other: object, /) -> bool"))
-        .def("__hash__",
-             [](const CameraObject& c) {
-                 return nb::hash(nb::make_tuple(c.file().camera.width, c.file().camera.height));
-             })
-        .def("__getstate__", [](const CameraObject& c) { return std::pair(c.file().text, c.is_for_view_depth()); })
-        .def("__setstate__", [](CameraObject& self, const std::pair<std::string, bool>& state) {
-            const CameraObject stored = camera_of_text(state.first, source);
-            new (&self) CameraObject(state.second ? stored.for_view_depth() : stored);
-        });
-    module.def(
-        "presets",
-        [] {
-            nb::dict known;
-            for (const Preset& preset : presets())
-                known[preset.name.c_str()] = preset.source;
-            return known;
-        },
-        nb::sig("def presets() -> dict[str, str]"),
-        "The sources that `preset` may name: name, and what writes such depth.");
-    module.def("_preset_camera", [](const std::string& text, int width, int height) {
-        return as_argument([&] {
-            nlohmann::json keys = io::parsed_preset("preset " + text, text);
-            camera_for(io::completed(source, {.keys = keys}, {}), width, height); // throws for another size
-            keys["width"] = width;
-            keys["height"] = height;
-            return doubted(CameraObject(io::completed(source, {.keys = keys}, {})), source, 2);
-        });
-    });
+            nb::arg("text"), "The camera of a camera file's text.");
+    bind_uses(camera);
+    bind_presets(module);
 }
 
 } // namespace fathom::python

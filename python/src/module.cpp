@@ -39,7 +39,7 @@ std::uintptr_t int_ptr(Handle handle) {
     return reinterpret_cast<std::uintptr_t>(handle);
 }
 
-void bind_devices(nb::module_& module) {
+void bind_device_infos(nb::module_& module) {
     nb::class_<DeviceInfo>(module, "DeviceInfo", "What a device says about itself.")
         .def_ro("index", &DeviceInfo::index, "Position in devices(), which Device() takes.")
         .def_ro("name", &DeviceInfo::name)
@@ -64,7 +64,9 @@ void bind_devices(nb::module_& module) {
             return list_devices();
         },
         "Every OpenCL device of every platform; an empty list where no driver is installed.");
+}
 
+void bind_devices(nb::module_& module) {
     nb::class_<Device>(module, "Device", R"(An OpenCL device with a queue.
 
 Device(wanted=None) opens "cpu", "gpu", one of devices(), its index, or a part of a name; by default a GPU where there is one,
@@ -128,6 +130,36 @@ Layout layout_of(const std::vector<int>& shape, std::size_t row_stride) {
     return {shape[1], shape[0], shape.size() == 3 ? shape[2] : 1, row_stride};
 }
 
+DeviceImage image_in_buffer(const Device& device, std::uintptr_t buffer, const std::string& dtype,
+                            const std::vector<int>& shape, std::size_t row_stride, std::size_t offset) {
+    const Layout layout = layout_of(shape, row_stride);
+    const Layout tight{layout.width, layout.height, layout.channels,
+                       row_stride ? row_stride
+                                  : static_cast<std::size_t>(layout.width) * static_cast<std::size_t>(layout.channels)};
+    const Image image(device, handle_of<cl_mem>(buffer), element_of_name(dtype), tight, offset);
+    cl_mem_flags flags = 0;
+    if (clGetMemObjectInfo(image.buffer(), CL_MEM_FLAGS, sizeof flags, &flags, nullptr) != CL_SUCCESS)
+        throw Error("the OpenCL driver does not tell the flags of a buffer");
+    return {image, {}, flags & CL_MEM_READ_ONLY ? "the Image is of a read-only buffer" : nullptr};
+}
+
+nb::object array_of(const DeviceImage& image, const nb::object& dtype, const nb::object& copy) {
+    check_copy(copy);
+    const nb::object array = to_numpy(image.image);
+    return dtype.is_none() ? array : nb::object(array.attr("astype")(dtype));
+}
+
+nb::object dlpack_of(const DeviceImage& image, const nb::kwargs& options) {
+    if (options.contains("copy"))
+        check_copy(options["copy"]);
+    return to_numpy(image.image).attr("__dlpack__")(**options);
+}
+
+std::string shown_image(const DeviceImage& image) {
+    return std::string("<fathom.Image ") + text_of(nb::str(nb::object(nb::cast(image).attr("shape")))) + " " +
+           name_of(image.image.element()) + " on " + image.image.device().info().name + ">";
+}
+
 void bind_images(nb::module_& module) {
     nb::class_<DeviceImage>(module, "Image",
                             R"(An image on a device, for operations that follow each other without a download.
@@ -147,23 +179,8 @@ numpy.asarray(image) and DLPack wait for the image, and copy it.)")
             nb::sig("def __init__(self, array: fathom._operations.Array | Image, "
                     "device: Device | DeviceInfo | str | int | None = None) -> None"))
         .def_static(
-            "from_int_ptr",
-            [](const Device& device, std::uintptr_t buffer, const std::string& dtype, const std::vector<int>& shape,
-               std::size_t row_stride, std::size_t offset) {
-                const Layout layout = layout_of(shape, row_stride);
-                const Layout tight{layout.width, layout.height, layout.channels,
-                                   row_stride ? row_stride
-                                              : static_cast<std::size_t>(layout.width) *
-                                                    static_cast<std::size_t>(layout.channels)};
-                const Image image(device, handle_of<cl_mem>(buffer), element_of_name(dtype), tight, offset);
-                cl_mem_flags flags = 0;
-                if (clGetMemObjectInfo(image.buffer(), CL_MEM_FLAGS, sizeof flags, &flags, nullptr) != CL_SUCCESS)
-                    throw Error("the OpenCL driver does not tell the flags of a buffer");
-                return DeviceImage{
-                    image, {}, flags & CL_MEM_READ_ONLY ? "the Image is of a read-only buffer" : nullptr};
-            },
-            nb::arg("device"), nb::arg("buffer"), nb::kw_only(), nb::arg("dtype"), nb::arg("shape"),
-            nb::arg("row_stride") = 0, nb::arg("offset") = 0,
+            "from_int_ptr", image_in_buffer, nb::arg("device"), nb::arg("buffer"), nb::kw_only(), nb::arg("dtype"),
+            nb::arg("shape"), nb::arg("row_stride") = 0, nb::arg("offset") = 0,
             R"(An image in an OpenCL buffer that is there already, as `buffer.int_ptr` of pyopencl. The buffer is retained.
 
 dtype: "float32", "float16", "uint32", "uint16" or "uint8". shape: (height, width) or (height, width, channels). row_stride:
@@ -172,26 +189,12 @@ elements from one row to the next (default: without a gap). offset: elements bef
             "numpy", [](const DeviceImage& image) { return to_numpy(image.image); },
             nb::sig("def numpy(self) -> fathom._operations.NumpyArray"),
             "Waits for the image, and copies it into a new NumPy array.")
-        .def(
-            "__array__",
-            [](const DeviceImage& image, const nb::object& dtype, const nb::object& copy) {
-                check_copy(copy);
-                const nb::object array = to_numpy(image.image);
-                return dtype.is_none() ? array : nb::object(array.attr("astype")(dtype));
-            },
-            nb::arg("dtype") = nb::none(), nb::arg("copy") = nb::none(),
-            nb::sig("def __array__(self, dtype: typing.Any = None, copy: bool | None = None) -> "
-                    "fathom._operations.NumpyArray"),
-            "The same, for NumPy.")
-        .def(
-            "__dlpack__",
-            [](const DeviceImage& image, const nb::kwargs& options) {
-                if (options.contains("copy"))
-                    check_copy(options["copy"]);
-                return to_numpy(image.image).attr("__dlpack__")(**options);
-            },
-            nb::arg("options"), nb::sig("def __dlpack__(self, **options: typing.Any) -> typing.Any"),
-            "A copy on the CPU.")
+        .def("__array__", array_of, nb::arg("dtype") = nb::none(), nb::arg("copy") = nb::none(),
+             nb::sig("def __array__(self, dtype: typing.Any = None, copy: bool | None = None) -> "
+                     "fathom._operations.NumpyArray"),
+             "The same, for NumPy.")
+        .def("__dlpack__", dlpack_of, nb::arg("options"),
+             nb::sig("def __dlpack__(self, **options: typing.Any) -> typing.Any"), "A copy on the CPU.")
         .def("__dlpack_device__", [](const DeviceImage&) { return std::pair(nb::device::cpu::value, 0); })
         .def_prop_ro(
             "shape",
@@ -208,10 +211,7 @@ elements from one row to the next (default: without a gap). offset: elements bef
         .def_prop_ro(
             "int_ptr", [](const DeviceImage& image) { return int_ptr(image.image.buffer()); },
             "The OpenCL buffer, for pyopencl.Buffer.from_int_ptr(image.int_ptr).")
-        .def("__repr__", [](const DeviceImage& image) {
-            return std::string("<fathom.Image ") + text_of(nb::str(nb::object(nb::cast(image).attr("shape")))) + " " +
-                   name_of(image.image.element()) + " on " + image.image.device().info().name + ">";
-        });
+        .def("__repr__", shown_image);
 }
 
 void bind_back_depth(nb::module_& module) {
@@ -242,6 +242,7 @@ NB_MODULE(_fathom, module) {
 #endif
     bind_end(module);
     bind_camera(module);
+    bind_device_infos(module);
     bind_devices(module);
     bind_images(module);
     bind_back_depth(module);
