@@ -431,8 +431,7 @@ Doubt map_doubt(const Camera& camera) {
             "the sign of y if it points up");
     if (2 * upwards > all)
         return text("the map of rays is upside down: its axes are x right, y down and z ahead, rows from the top down; "
-                    "turn the "
-                    "signs of y and z of a map in OpenGL's axes");
+                    "turn the signs of y and z of a map in OpenGL's axes");
     return std::nullopt;
 }
 

@@ -244,8 +244,7 @@ Imported import_matrix(const fs::path& file, const std::vector<double>& matrix) 
     if (matrix.size() == 12 &&
         (matrix[4] != 0 || matrix[8] != 0 || matrix[9] != 0 || (matrix[0] == 1 && matrix[5] == 1)))
         refuse(file, "is a matrix of 3 x 4, but neither [K | 0] nor one beside it; is it K [R | t], or the camera's "
-                     "place? Give K "
-                     "alone (cv2.decomposeProjectionMatrix takes them apart)");
+                     "place? Give K alone (cv2.decomposeProjectionMatrix takes them apart)");
     for (std::size_t i = 0; matrix.size() == 16 && i < 4; ++i)
         if (matrix[4 * i + 3] != (i == 3 ? 1 : 0) || matrix[12 + i] != (i == 3 ? 1 : 0))
             refuse(file, "is a matrix of 4 x 4, but no camera matrix; is it the camera's place? Give the file of the "
