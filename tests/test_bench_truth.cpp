@@ -9,6 +9,7 @@
 #include "lens_blur.hpp"
 #include "lens_truth.hpp"
 #include "methods.hpp"
+#include "ssao_call.hpp"
 
 using namespace fathom;
 
@@ -170,4 +171,29 @@ TEST_CASE("bench: the columns of its tables stay what they are", "[bench]") {
         "scene_p99,scene_worst,bytes,common\n"));
     CHECK(csv.ends_with("ssao,balanced,library,float32,room,640,360,32,wall,3,3,3,4,copy,1,3,visibility,-0.0333333,"
                         "0.288675,0.4,0.4,3,0,0.5,0.5,0.5,,0.212132\n"));
+}
+
+// The rays of a ridge's pixels end far behind it, below the valley. A pixel without a slope would face the camera, so that this
+// hides what its true surface hides itself.
+TEST_CASE("bench: the true ends of a terrain need no normals", "[bench][slow]") {
+    constexpr double ridge_error = 0.012;
+    const std::vector<bench::View> all = bench::views(480, 270);
+    const bench::View& view = *std::ranges::find(all, "terrain", &bench::View::name);
+    const auto image = scene::render(view.scene, view.camera());
+    bench::Case on(oracle::device(), view, image.exact, 1);
+    for (const double fraction : {0.05, 0.018}) {
+        const double radius = fraction * oracle::median_width(oracle::DepthLayer(view.camera(), image.z));
+        const auto points = oracle::ray_traced(view.scene, view.camera(), image, radius, oracle::sample_rays, 7);
+        for (const Quality quality : qualities) {
+            const std::vector<float> got = bench::floats_of(
+                ssao(on.stored(), radius, {.sampling = Sampling{.quality = quality}, .thickness = on.backs()})
+                    .visibility);
+            const double rms = oracle::error_of(points, [&](const oracle::Sample& p) {
+                                   return static_cast<double>(got[static_cast<std::size_t>(p.y * 480 + p.x)]);
+                               }).rmse;
+            std::printf("terrain against rays, radius %.1f %% of the width, true ends, %s: %.4f\n", 100 * fraction,
+                        quality_names[static_cast<int>(quality)], rms);
+            CHECK(rms <= ridge_error);
+        }
+    }
 }

@@ -9,7 +9,6 @@
 #include "parallel.hpp"
 #include "scene/scene.hpp"
 #include "ssao_call.hpp"
-#include "views.hpp"
 
 #include <fathom/fathom.hpp>
 
@@ -246,22 +245,20 @@ namespace {
 
 constexpr double ridge_error = 0.012;
 
+Camera terrain_camera(int width, int height) {
+    const DepthSpan span{1, std::numeric_limits<double>::infinity(), DepthOrder::reversed};
+    return camera_over(perspective(0.9, static_cast<double>(width) / height, span), width, height);
+}
+
 } // namespace
 
 TEST_CASE("ssao scene: ridges and what lies behind them are open at any thickness", "[ssao][slow]") {
-    const std::vector<bench::View> all = bench::views(480, 270);
-    const bench::View& view = *std::ranges::find(all, "terrain", &bench::View::name);
-    const Camera& camera = view.camera();
-    const scene::Scene& scene = view.scene;
+    const Camera camera = terrain_camera(480, 270);
+    const scene::Scene scene = scene::named("terrain");
     const auto image = scene::render(scene, camera);
     const double width = oracle::median_width(oracle::DepthLayer(camera, image.z));
-    Camera of_ends = camera;
-    of_ends.encoding = Encoding::view_z;
-    const std::vector<float> ends = bench::ends_of(view);
-    const std::pair<const char*, std::optional<Thickness>> thicknesses[] = {
-        {"from the silhouette", {}},
-        {"infinite", Thickness(oracle::infinite)},
-        {"to the true ends", Thickness(stored_of(ends, of_ends))}};
+    const std::pair<const char*, std::optional<Thickness>> thicknesses[] = {{"from the silhouette", {}},
+                                                                            {"infinite", Thickness(oracle::infinite)}};
     for (const double fraction : {0.05, 0.018}) {
         const auto points = oracle::ray_traced(scene, camera, image, fraction * width, oracle::sample_rays,
                                                7); // every phase of 4 x 4 alike
@@ -513,10 +510,10 @@ TEST_CASE("ssao scene: there are at most twice the dark specks of the scene itse
 // Far below what is around them and what rays into the scene see: dots in a picture. Pixels of far ridges have no others of
 // their own surface around them.
 TEST_CASE("ssao scene: far ridges have next to no dark dots", "[ssao][slow]") {
-    const std::vector<bench::View> all = bench::views(960, 600);
-    const bench::View& view = *std::ranges::find(all, "terrain", &bench::View::name);
-    const auto image = scene::render(view.scene, view.camera());
-    const StoredDepth stored = stored_of(image.stored, view.camera());
+    const Camera camera = terrain_camera(960, 600);
+    const scene::Scene scene = scene::named("terrain");
+    const auto image = scene::render(scene, camera);
+    const StoredDepth stored = stored_of(image.stored, camera);
     constexpr double radius = 60, dot = 0.24;
     constexpr int most[2][3] = {{3, 0, 3}, {3, 2, 3}}; // measured; none is wanted
     for (const std::optional<double> thickness : {std::optional<double>(), std::optional(oracle::infinite)})
@@ -535,7 +532,7 @@ TEST_CASE("ssao scene: far ridges have next to no dark dots", "[ssao][slow]") {
                     if (!(below > dot))
                         continue;
                     const double truth =
-                        oracle::visibility(view.scene, image.position[at], image.normal[at], radius, 64, 64);
+                        oracle::visibility(scene, image.position[at], image.normal[at], radius, 64, 64);
                     const double darker = truth - static_cast<double>(got[at]);
                     dots += darker > dot;
                     worst = std::max(worst, darker);
