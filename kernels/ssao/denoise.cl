@@ -42,7 +42,7 @@
 #define GENTLE 2.0f
 #define GRAZING 8.0f
 // Weights of the eight next pixels below which a pixel is alone, and how much what all around see counts where none has any.
-#define ALONE (PAIRS ? 0.5f : 2.1f)
+#define ALONE (PAIRS ? 1.0f : 2.1f)
 #define OTHERS (PAIRS ? 0.4f : 1.0f)
 // What a corner of the window lies above the pixel's plane where a crease may cross the window, as weights have it.
 #define CREASE_LEAST 0.25f
@@ -108,7 +108,9 @@ INLINE floatV add_neighbour(const nearV around[DOWN][ACROSS], const split_params
     floatV off = off_at(its, split, c, dx, dy, second, p);
 #if PAIRS
     const nearV* const opposite = &around[REACH - dy][j - dx + REACH];
-    off = max(off, off_at(opposite, split, c, -dx, -dy, second, p));
+    const floatV off_opposite = off_at(opposite, split, c, -dx, -dy, second, p);
+    const floatV apart = weight_of(c, off, dx, dy) + weight_of(c, off_opposite, dx, dy);
+    off = max(off, off_opposite);
 #endif
     const floatV weight = weight_of(c, off, dx, dy);
     for (int i = 0; i < SUMS; ++i) {
@@ -118,7 +120,11 @@ INLINE floatV add_neighbour(const nearV around[DOWN][ACROSS], const split_params
 #endif
         sum[i] = fma(weight, value, sum[i]);
     }
+#if PAIRS
+    return apart;
+#else
     return weight;
+#endif
 }
 
 #if OUTPUT < 2 && REACH > 0
@@ -211,7 +217,7 @@ KERNEL void denoise(__global const float* fronts, __global const float* slopes, 
                 if (dx != 0 || dy != 0) {
                     const floatV weight = add_neighbour(around, &split, &c, j, dx, dy, false, &p, sum);
                     if (abs(dx) < 2 && abs(dy) < 2)
-                        next += (PAIRS ? 2.0f : 1.0f) * weight;
+                        next += weight;
                 }
             }
         }
