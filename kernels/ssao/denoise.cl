@@ -101,7 +101,7 @@ INLINE floatV weight_of(const centreV* c, floatV off, int dx, int dy) {
     return fraction * max(fma(-off, c->inverse, (floatV)1.0f), 0.0f);
 }
 
-// Adds a neighbour of column j to the sums, or two opposite ones. Gives its weight.
+// Adds a neighbour of column j to the sums, or two opposite ones. Gives what it weighs, or what the two would weigh each by itself.
 INLINE floatV add_neighbour(const nearV around[DOWN][ACROSS], const split_params* split, const centreV* c, int j, int dx, int dy,
                           bool second, const occlusion_params* p, floatV* sum) {
     const nearV* const its = &around[dy + REACH][j + dx + REACH];
