@@ -312,10 +312,11 @@ typedef struct {
     float error_constant, error_linear, error_quadratic; // of inverse depth, see InverseDepthError
     float pixel;           // a pixel's width: at distance one (perspective), or anywhere
     float edge;            // how many of these widths a neighbour may lie off the tangent plane
+    float crease;          // pixels that a surface is followed down to another one, with which it then has no gap; 0: none
     u32 slices;            // per pixel
     u32 levels;            // of radii on the screen, each the square root of two times the last
 } occlusion_params;
-PARAMS(occlusion_params, 136)
+PARAMS(occlusion_params, 140)
 
 // What a silhouette's width is measured by, see kernels/ssao/silhouette.cl. Lengths are in scene units.
 typedef struct {

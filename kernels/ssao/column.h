@@ -160,19 +160,26 @@ INLINE boundsV bounds_at(const sideV* side, floatV first, const columnV* column,
 }
 
 // Two neighbouring samples meet in an outward edge if the surface of each, extended to the other sample, passes above it.
-// The edge then ends both surfaces.
+// The edge then ends both surfaces. If the outer one, followed by `to_crease` pixels, comes down to the inner one, both meet in a
+// crease: nothing is open between them. A thin surface that is seen at a grazing angle would leave dashes of light there.
 typedef struct {
     intV outward;
-    floatV place; // (q - q_c) / s
+    floatV place;  // (q - q_c) / s
+    floatV crease; // the same from which on all is blocked up to the outer sample
 } edgeV;
 
-INLINE edgeV edge_of(const columnV* a, const columnV* b, __global const tap_params* tap_b) {
+INLINE edgeV edge_of(const columnV* a, const columnV* b, float to_crease, __global const tap_params* tap_b) {
     const floatV gap = (floatV)tap_b->gap;
     const floatV over = fma(a->tilt, gap, a->front) - b->front, under = fma(-b->tilt, gap, b->front) - a->front;
     const floatV sum = over + under;
+    const intV meets = fma(-b->tilt, (floatV)min(tap_b->gap, to_crease), b->front) < a->front;
+    floatV crease = INFINITY;
+    if (to_crease > 0.0f)
+        crease = select(crease, tap_b->gap < tap_b->distance ? a->front * tap_b[-1].inverse_distance : (floatV)-1e30f, meets);
     return (edgeV){(over > 0.0f) & (under > 0.0f),
                    fma(a->tilt * gap, under, a->front * sum) *
-                       rough_inverse(fma(gap, under, (tap_b->distance - tap_b->gap) * sum))};
+                       rough_inverse(fma(gap, under, (tap_b->distance - tap_b->gap) * sum)),
+                   crease};
 }
 
 // (q - q_c) / s where a column ends: at the edge, or `way` from it, half way to its neighbour, along its own surface.
@@ -202,13 +209,13 @@ INLINE partV no_part(void) {
 
 // The part that a column blocks: from its back to the higher end of its front, inside the sphere. Each pixel counts only the
 // samples that could block a sector of its own, so that its result does not depend on the other pixels of the vector.
-INLINE partV part_of(const boundsV* within, floatV first, const columnV* column, floatV back, floatV inner, floatV outer,
-                     __global const tap_params* tap) {
+INLINE partV part_of(const boundsV* within, floatV first, const columnV* column, floatV back, const edgeV* before,
+                     floatV inner, floatV outer, __global const tap_params* tap) {
     const floatV low = within->low, high = within->high;
     const floatV behind = (back + column->to_line) * tap->inverse_distance;
     const intV counts = within->counts & (max(inner, outer) > first);
     const partV none = no_part();
-    return (partV){select(none.bottom, max(min(min(min(inner, outer), behind), high), low), counts),
+    return (partV){select(none.bottom, max(min(min(min(inner, outer), min(behind, before->crease)), high), low), counts),
                    select(none.top, max(min(max(inner, outer), high), low), counts)};
 }
 

@@ -162,7 +162,7 @@ INLINE uint rising_taps(const sideV* side, const sourceV* from, const placeV* pl
 }
 
 INLINE intV sectors_of_taps(const sideV* side, const sourceV* from, const placeV* place, floatV first,
-                            __global const tap_params* taps, uint rising) {
+                            float to_crease, __global const tap_params* taps, uint rising) {
     intV covered = 0;
     partV parts = no_part();
     columnV seen, next;
@@ -183,15 +183,15 @@ INLINE intV sectors_of_taps(const sideV* side, const sourceV* from, const placeV
         } else {
             const columnV last =
                 column_at(side, from->fronts, from->slopes, at_tap(place, from->split, tap - 1), tap - 1);
-            before = edge_of(&last, &seen, tap);
+            before = edge_of(&last, &seen, to_crease, tap);
         }
         known = i + 1;
         READ_NEXT(from->backs + at);
         next = column_at(side, from->fronts, from->slopes, at_any_tap(place, from->split, tap + 1), tap + 1);
-        after = edge_of(&seen, &next, tap + 1);
+        after = edge_of(&seen, &next, to_crease, tap + 1);
         const floatV inner = inner_end_of(side, &seen, &before, tap);
         const floatV outer = end_of(side, &seen, &after, tap[1].before, tap[1].inverse_inner);
-        const partV part = part_of(&within, first, &seen, LOAD(float, from->backs + at), inner, outer, tap);
+        const partV part = part_of(&within, first, &seen, LOAD(float, from->backs + at), &before, inner, outer, tap);
         covered |= join(side, &parts, &part); // Therrien et al. 2023, algorithm 1, line 24
     }
     return covered | select((intV)0, sectors_of(side, &parts), parts.top >= parts.bottom);
@@ -259,7 +259,7 @@ KERNEL void ssao(__global const float* fronts, __global const float* backs, __gl
                 for (int done = 0; done < inside; done += 32) {
                     const uint rising = rising_taps(&side, &from, &place, first, tap + done, min(inside - done, 32));
                     if (rising != 0)
-                        covered |= sectors_of_taps(&side, &from, &place, first, tap + done, rising);
+                        covered |= sectors_of_taps(&side, &from, &place, first, p.crease, tap + done, rising);
                 }
                 found = select(found, covered, active);
 #if CONFIDENCE

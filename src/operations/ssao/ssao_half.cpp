@@ -138,6 +138,8 @@ WholeBlocks chosen_blocks(Call& call, const Image& depth, const HalfResolution& 
     return {blocks, chosen};
 }
 
+constexpr float followed_to_crease = 1.5f; ///< pixels
+
 } // namespace
 
 void occlude(Workspace& workspace, const StoredDepth& stored, double radius, const SsaoOptions& options,
@@ -145,18 +147,23 @@ void occlude(Workspace& workspace, const StoredDepth& stored, double radius, con
     const bool silhouettes = has_silhouettes(options);
     runtime::Scratch scratch(stored.image.device());
     SsaoOptions known = options;
-    // The thickness is an image, from here on.
+    // The thickness is an image, from here on. A thickness that is given ends where it says, in creases as well.
     const auto measure_silhouettes = [&](const Call& call, const Image& depth, const WholeBlocks& blocks) {
         if (silhouettes)
             known.thickness =
                 silhouette_thickness(scratch, depth, stored, call.rays.perspective,
                                      call.parameters(pixel_lattice(stored)), sampling_of(options), blocks);
     };
+    const auto follow_to_creases = [&](Call& call) {
+        if (silhouettes)
+            call.occlusion.crease = followed_to_crease;
+    };
     if (!chooses_blocks(stored, options)) {
         const bool half = is_half(options);
         Call call(stored, radius, known, workspace);
         const Image depth = half || silhouettes ? shared_depth(call) : depth_on_face(call);
         measure_silhouettes(call, depth, {});
+        follow_to_creases(call);
         (half ? half_resolution : whole_resolution)(call, depth, results);
         return;
     }
@@ -169,9 +176,11 @@ void occlude(Workspace& workspace, const StoredDepth& stored, double radius, con
     {
         Call all(stored, radius, known, workspace);
         all.work_for(blocks.words, blocks.chosen, 1, 0);
+        follow_to_creases(all);
         whole_resolution(all, depth, results);
     }
     few.work_for(blocks.words, blocks.chosen, 0, half_margin);
+    follow_to_creases(few);
     half_resolution(few, depth, results);
 }
 
