@@ -15,13 +15,6 @@ __kernel void copy(FRAME) {
     store_float(d, out);
 }
 
-// Read, write back: what working in place moves.
-__kernel void rewrite(FRAME) {
-    PIXELS(1)
-    READ_AHEAD(source + (size_t)y * grid.source_stride + x);
-    store_float(d * 0.5f, out);
-}
-
 // One float in, three out: what unproject moves.
 __kernel void spread(FRAME) {
     PIXELS(3)
@@ -35,19 +28,6 @@ __kernel void fan_out(FRAME) {
     PIXELS(4)
     for (int i = 0; i < 4; ++i)
         store_float(d, out + i * V);
-}
-
-// The same into four images, as dof_masks does it.
-__kernel void fan_out_apart(__global const float* source, __global float* first, __global float* second,
-                            __global float* third, __global float* fourth, const grid_params grid) {
-    const uint x = first_column(grid.x_begin, grid.x_end), y = get_global_id(1);
-    if (x >= grid.x_end || y >= grid.height) return;
-    const floatV d = LOAD(float, source + (size_t)y * grid.source_stride + x);
-    const size_t at = (size_t)y * grid.target_stride + x;
-    store_float(d, first + at);
-    store_float(d, second + at);
-    store_float(d, third + at);
-    store_float(d, fourth + at);
 }
 
 // Blur by a gather with the circle of the pixel itself, as tutorials have it: red, green and blue of all pixels within it,
@@ -143,12 +123,6 @@ __kernel void popov_perspective(FRAME, const float scale, const float a, const f
 __kernel void popov_orthographic(FRAME, const float scale, const float a, const float b, const float c, const float d_) {
     PIXELS(1)
     store_float(d * scale + vertex_term(grid, x, y, (float4)(a, b, c, d_)), out);
-}
-
-// n (f / n)^d with the builtin.
-__kernel void builtin_exponential(FRAME, const float near, const float rate) {
-    PIXELS(1)
-    store_float(near * exp2(rate * d), out);
 }
 
 // The point of a pixel by the whole inverse of viewport and projection, four rows of four floats.

@@ -6,15 +6,13 @@ const std::map<std::string, std::string>& fathom_baseline_files(); // generated 
 
 namespace fathom::bench {
 
-Baselines::Baselines(const Device& device, bool stream) : device_(device) {
+Baselines::Baselines(const Device& device) : device_(device) {
     std::string source = fathom_baseline_files().at("baselines.cl");
     const std::string include = "#include \"vector.h\"\n";
     source.replace(source.find(include), include.size(), runtime::assembled_source("vector.h"));
     program_ = cl::Program(runtime::context_of(device), source);
     const int vector_width = device.options().vector_width;
-    program_.build(
-        text("-cl-std=CL1.2 -DFP64=0 -DCLANG_BUILTINS=1 -DV=", vector_width, " -DSTREAM=", stream && vector_width > 1)
-            .c_str());
+    program_.build(text("-cl-std=CL1.2 -DFP64=0 -DCLANG_BUILTINS=1 -DV=", vector_width, " -DSTREAM=0").c_str());
 }
 
 int Baselines::vectors(int width) const {

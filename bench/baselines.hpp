@@ -13,7 +13,7 @@ namespace fathom::bench {
 /// The kernels of baselines.cl.
 class Baselines {
 public:
-    Baselines(const Device& device, bool stream);
+    explicit Baselines(const Device& device);
 
     /// Starts a kernel on every pixel, with floats after the images.
     void launch(const std::string& name, const Image& source, const Image& target,

@@ -98,7 +98,7 @@ std::vector<Figures> made(const Device& device, const Arguments& a) {
     const auto size_or = [&](int width, int height) { return a.size.first > 0 ? a.size : Size{width, height}; };
     if (a.table == "operations")
         return operations(device, size_or(3840, 2160), a.frames, a.effort);
-    Baselines kernels(device, false);
+    Baselines kernels(device);
     const std::vector<Method> list = methods(kernels);
     const auto [width, height] = size_or(error_size.first, error_size.second);
     if (a.table == "errors")

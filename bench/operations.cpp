@@ -4,13 +4,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <limits>
 #include <map>
 #include <memory>
 #include <random>
 #include <set>
-#include <thread>
 
 namespace fathom::bench {
 namespace {
@@ -66,7 +64,6 @@ Place room(const Device& device, Size size, bool is_orthographic = false) {
 struct Rows {
     const Device& device;
     Size size;
-    Baselines &plain, &streaming;
     Place frames;
     std::vector<Method> methods;
     std::vector<Row> list = {};
@@ -99,24 +96,6 @@ struct Rows {
     oracle::Subject oblique() const { return oracle::with_oblique_near_plane(perspective(), {0.1, 0.2, -1, -2}); }
 };
 
-// All threads at once, in plain memory: what the memory can do. What the device's images lie in is the driver's business.
-void add_memcpy(Rows& rows) {
-    using Floats = std::vector<float>;
-    const auto memory = std::make_shared<std::vector<std::pair<Floats, Floats>>>();
-    rows.add("memcpy, all threads", "copy", rows.frames, [memory, at = std::size_t{0}](Case& on) mutable {
-        const auto size = static_cast<std::size_t>(on.width()) * static_cast<std::size_t>(on.height());
-        while (memory->size() < 8)
-            memory->emplace_back(Floats(size, 1), Floats(size));
-        auto& [from, to] = (*memory)[++at % memory->size()];
-        const std::size_t threads = std::max(1u, std::thread::hardware_concurrency());
-        std::vector<std::jthread> workers;
-        for (std::size_t i = 0; i < threads; ++i) {
-            const std::size_t begin = size * i / threads, end = size * (i + 1) / threads;
-            workers.emplace_back([&, begin, end] { std::memcpy(&to[begin], &from[begin], (end - begin) * 4); });
-        }
-    });
-}
-
 void add_linearize(Rows& rows) {
     const LinearizeOptions decode{Background::decode};
     const auto add = [&](std::string name, const oracle::Subject& subject) {
@@ -135,27 +114,13 @@ void add_linearize(Rows& rows) {
     add("linearize rational (median)", rows.perspective(Encoding::median));
     rows.add("linearize reciprocal, uint16", "copy", rows.frames,
              [decode](Case& on) { linearize(on.stored(Storage::uint16), on.floats(1), decode); });
-    const auto add_in_place = [&](std::string name, const oracle::Subject& subject) {
-        rows.add(std::move(name), "copy", rows.frames,
-                 [decode, c = subject.camera](Case& on) {
-                     linearize({on.in_place(), c}, on.in_place(), decode);
-                 })
-            .in_place = true;
-    };
-    add_in_place("linearize reciprocal, in place", rows.perspective());
-    add_in_place("linearize affine, in place", rows.orthographic());
-    add_in_place("linearize oblique, in place", rows.oblique());
-    rows.add("halve, in place (ceiling)", "copy", rows.frames,
-             [&plain = rows.plain](Case& on) { plain.launch("rewrite", on.in_place(), on.in_place()); })
+    rows.add("linearize reciprocal, in place", "copy", rows.frames,
+             [decode, c = rows.perspective().camera](Case& on) {
+                 linearize({on.in_place(), c}, on.in_place(), decode);
+             })
         .in_place = true;
     for (const char* formula : {"engine 1/(Zd+W)", "tutorial 2nf/(f+n-z(f-n))", "simulator nf/(f-(f-n)d)"})
         rows.charted(formula, "copy").decoded = rows.perspective();
-    rows.add("exponential, exp2 builtin", "copy", rows.frames,
-             [&plain = rows.plain](Case& on) {
-                 plain.launch("builtin_exponential", on.stored().image, on.floats(1),
-                              {static_cast<float>(near), static_cast<float>(std::log2(far / near))});
-             })
-        .decoded = rows.perspective(Encoding::exponential);
 }
 
 void add_points(Rows& rows) {
@@ -189,9 +154,8 @@ void add_points(Rows& rows) {
 // In a room of the frames' size, radii in its widths at the median depth.
 void add_ssao(Rows& rows) {
     constexpr int seldom = 16; // seconds each
-    const auto add = [&](std::string name, const Place& place, Quality quality, double fraction,
-                         int every = 4) -> Row& {
-        return rows.add(
+    const auto add = [&](std::string name, const Place& place, Quality quality, double fraction, int every = 4) {
+        rows.add(
             std::move(name), "copy", place,
             [=](Case& on) {
                 ssao(on.stored(), fraction * on.median_width(), {.sampling = Sampling{.quality = quality}});
@@ -206,26 +170,11 @@ void add_ssao(Rows& rows) {
     add("ssao balanced, 40 %", usual, Quality::balanced, 0.4);
     add("ssao accurate, 40 %", usual, Quality::accurate, 0.4, seldom);
     add("ssao balanced, 5 %, ortho.", room(rows.device, rows.size, true), Quality::balanced, 0.05);
-    if (rows.device.options().vector_width > 1) { // the same queue and kernels, a pixel at a time
-        DeviceOptions one = rows.device.options();
-        one.vector_width = 1;
-        const Device device(rows.device.context(), rows.device.id(), rows.device.queue(), one);
-        add("ssao balanced, 5 %, one lane", room(device, rows.size), Quality::balanced, 0.05, seldom).baseline = true;
-    }
 }
 
 void add_masks(Rows& rows) {
     rows.charted("fan out", "fan out");
     rows.charted("fan out (control)", "fan out");
-    rows.add("fan out, streaming stores", "fan out", rows.frames,
-             [&kernels = rows.streaming](Case& on) { kernels.launch("fan_out", on.stored().image, on.floats(4)); });
-    rows.add("fan out, four images", "fan out", rows.frames, [&plain = rows.plain](Case& on) {
-        const Image from = on.stored().image;
-        const DofMasks to = on.masks();
-        plain.start("fan_out_apart", plain.vectors(on.width()), on.height(), runtime::buffer_of(from),
-                    runtime::buffer_of(to.coc), runtime::buffer_of(to.near_weight), runtime::buffer_of(to.focus_weight),
-                    runtime::buffer_of(to.far_weight), Baselines::grid(from, to.coc));
-    });
     const DofMasksOptions weights{.near_weight = true, .focus_weight = true, .far_weight = true};
     const auto add = [&](std::string name, const Camera& camera, bool mixed = false) {
         DofMasksOptions asked = weights;
@@ -300,29 +249,14 @@ void add_dof(Rows& rows) {
     add("dof balanced, 16 px", 16);
     add("dof balanced, 256 px", 256);
     add("dof balanced, all in focus", 1);
-    const auto gather = std::ranges::find(rows.methods, "gather by the centre's circle", &Method::name)->run;
-    rows.add(
-            "dof, gather by the centre's", rgb, place,
-            [=](Case& on) {
-                circles_to(on, 64);
-                gather(on);
-            },
-            16)
-        .baseline = true;
 }
 
 std::vector<Row> all_rows(Rows rows) {
     rows.charted("copy", "copy");
     rows.charted("copy (control)", "copy");
-    rows.add("copy, streaming stores", "copy", rows.frames,
-             [&kernels = rows.streaming](Case& on) { kernels.launch("copy", on.stored().image, on.floats(1)); });
-    if (rows.device.info().cpu)
-        add_memcpy(rows);
     add_linearize(rows);
     rows.charted("spread", "spread");
     rows.charted("spread (control)", "spread");
-    rows.add("spread, streaming stores", "spread", rows.frames,
-             [&kernels = rows.streaming](Case& on) { kernels.launch("spread", on.stored().image, on.floats(3)); });
     add_points(rows);
     add_ssao(rows);
     add_masks(rows);
@@ -337,7 +271,7 @@ std::vector<Row> chosen(std::vector<Row> list, const std::string& text) {
     std::set<std::string> names;
     for (const Row& row : list)
         if (row.name.find(text) != std::string::npos)
-            names.insert({row.name, row.floor, row.floor + " (control)", row.floor + ", streaming stores"});
+            names.insert({row.name, row.floor, row.floor + " (control)"});
     std::erase_if(list, [&](const Row& row) { return !names.contains(row.name); });
     for (Row& row : list)
         row.every = 1;
@@ -385,13 +319,12 @@ Figures described(const Row& row, const Case& on) {
 } // namespace
 
 std::vector<Figures> operations(const Device& device, Size size, int frames, const Effort& effort) {
-    Baselines plain(device, false), streaming(device, true);
+    Baselines kernels(device);
     const oracle::Subject camera =
         oracle::named(oracle::from_field_of_view(1.0, 16.0 / 9, {near, far}), "frames", size.first, size.second);
     const int count = frames > 0 ? frames : std::max(2, static_cast<int>(0.5e9 / (8.0 * size.first * size.second)) + 1);
     const std::vector<Row> rows =
-        chosen(all_rows({device, size, plain, streaming, later([=] { return random_frames(device, camera, count); }),
-                         methods(plain)}),
+        chosen(all_rows({device, size, later([=] { return random_frames(device, camera, count); }), methods(kernels)}),
                effort.only);
     std::vector<Work> work;
     for (const Row& row : rows) {

@@ -11,12 +11,12 @@ set(slow_tags [slow] [stability])
 include(${CMAKE_CURRENT_LIST_DIR}/long_files.cmake)
 
 # Files whose exhaustive cases take minutes, or gigabytes of memory or disk: scripts/test --all alone runs those.
-set(all_only_files bench_cheapest cli_cost cli_memory contract exhaustive large_images ssao_scene)
+set(all_only_files bench_cheapest cli_cost cli_memory contract ssao_scene)
 
 # Groups of slow cases that scripts/test leaves to --ci, or to --all: each takes more than half a minute where no kernel is
 # compiled yet.
 set(ci_only_groups cli_exr_tools_slow contract_slow normals_slow regimes_slow)
-set(all_only_groups cli_memory_slow cli_resume_slow io_ranking_slow large_images_slow)
+set(all_only_groups cli_memory_slow cli_resume_slow io_ranking_slow)
 
 # Files that measure times, which nothing may run beside.
 set(serial_files cli_cost)

@@ -18,19 +18,19 @@ namespace {
 using namespace fathom;
 
 // The stored value at which a sum is zero, as a float.
-float zero_of(const Quotient<Quad>& q, const Sum<Quad>& s, Quad x, Quad y) {
+float zero_of(const Quotient& q, const Sum& s, Quad x, Quad y) {
     const Quad u = -(s.low + s.x * x + s.y * y + s.one) / (s.high - s.low);
     return static_cast<float>(q.v_low + u * (q.v_high - q.v_low));
 }
 
-bool depends_on_stored(const Sum<Quad>& s) {
+bool depends_on_stored(const Sum& s) {
     return s.high != s.low;
 }
 
 } // namespace
 
 std::vector<float> stored_values(const Subject& subject, const Truth& truth, const Patch& patch, std::mt19937& random) {
-    const Quotient<Quad>& q = truth.quotient();
+    const Quotient& q = truth.quotient();
     const bool metric = is_metric(subject.camera.encoding);
     const auto low = static_cast<float>(q.v_low < q.v_high ? q.v_low : q.v_high);
     const auto high = static_cast<float>(q.v_low < q.v_high ? q.v_high : q.v_low);
@@ -54,7 +54,7 @@ std::vector<float> stored_values(const Subject& subject, const Truth& truth, con
             return v;
         }
         case 5: {
-            const Sum<Quad>& sum = depends_on_stored(q.denominator) ? q.denominator : q.numerator;
+            const Sum& sum = depends_on_stored(q.denominator) ? q.denominator : q.numerator;
             if (!depends_on_stored(sum))
                 return low;
             float v = zero_of(q, sum, x + 0.5, y + 0.5);

@@ -77,18 +77,6 @@ Known uniform_horizon(double elevation) {
             .visibility = std::cos(elevation) * std::cos(elevation)};
 }
 
-Known resting_sphere(double radius, double distance) {
-    const double ratio = distance / radius;
-    return {.scene = {ground, fathom::scene::Sphere{{distance, 0, radius}, radius}},
-            .visibility = 1 - std::pow(1 + ratio * ratio, -1.5)};
-}
-
-Known floating_disk(double radius, double height, double aside) {
-    const double a = radius * radius, h = height * height, rho = aside * aside;
-    return {.scene = {ground, fathom::scene::Disk{{aside, 0, height}, {0, 0, 1}, radius}},
-            .visibility = 0.5 * (1 + (rho + h - a) / std::sqrt((rho + h + a) * (rho + h + a) - 4 * a * rho))};
-}
-
 std::vector<View> views(const Placement& placement) {
     using namespace fathom;
     const Vector3d& back = placement.from;

@@ -36,12 +36,6 @@ Known trench(double left, double left_height, double right, double right_height)
 Known bowl(double radius, double depth, double polar = 0);
 /// V = cos² e. A round pit, in whose middle the horizon is up at `elevation`, at most 45°, on all sides.
 Known uniform_horizon(double elevation);
-/// V = 1 − (1 + ρ²/r²)^(−3/2). A sphere rests on the plane at the distance ρ. No height field.
-Known resting_sphere(double radius, double distance);
-/// V = ½(1 + (ρ² + h² − a²)/√((ρ² + h² + a²)² − 4 a² ρ²)), for ρ = 0: h²/(a² + h²). A disk of radius a, its centre
-/// at a height h and ρ to the side. No height field.
-Known floating_disk(double radius, double height, double aside = 0);
-
 /// Where cameras stand: `distance` from the target, in the direction `from`. The image shows `extent` across there.
 struct Placement {
     Eigen::Vector3d target{0, 0, 0}, from{0, 0, 1};

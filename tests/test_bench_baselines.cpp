@@ -49,7 +49,7 @@ Errors errors_of(const Method& method, Case& on, const scene::Rendered& truth) {
 
 TEST_CASE("bench: baselines are right on planes, under every camera of the charts", "[bench]") {
     const Device& device = oracle::device(Arithmetic::fp64);
-    Baselines kernels(device, false);
+    Baselines kernels(device);
     const std::vector<Method> list = methods(kernels);
     int runs = 0;
     for (View view : views(160, 90)) {

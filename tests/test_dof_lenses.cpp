@@ -175,33 +175,3 @@ TEST_CASE("dof lenses: how far a circle's shape is off is that of the distortion
     pinhole.lens.reset();
     CHECK(circle_deformation(pinhole) == 0);
 }
-
-TEST_CASE("dof lenses: without coefficients brown blurs as the pinhole", "[dof][lens]") {
-    const Device device = test_device();
-    Brown none = brown;
-    none.k1 = none.k2 = none.p1 = none.p2 = 0;
-    const Camera bent = none.camera(width, height);
-    Camera pinhole = bent;
-    pinhole.lens.reset();
-    pinhole.projection = perspective(Intrinsics{none.f, none.f, none.cx, none.cy, width, height}, DepthSpan{1, 2},
-                                     {.view_axes = ViewAxes::opencv});
-    std::vector<float> z, color;
-    for (int y = 0; y < height; ++y)
-        for (int x = 0; x < width; ++x) {
-            z.push_back(1.0f + static_cast<float>((x / 40 + y / 30) % 4) * 0.4f);
-            for (int c = 0; c < 3; ++c)
-                color.push_back(static_cast<float>((x * 7 + y * 13 + c * 5) % 32) / 32);
-        }
-    const Image depth = Image::from_host(device, Element::f32, z.data(), {width, height}),
-                picture = Image::from_host(device, Element::f32, color.data(), {width, height, 3});
-    const CircleOfConfusion coc{.k = 60, .g = 90};
-    for (const Quality quality : {Quality::fast, Quality::balanced, Quality::accurate}) {
-        const auto a = images::floats(dof({depth, bent}, picture, coc, {.quality = quality})),
-                   b = images::floats(dof({depth, pinhole}, picture, coc, {.quality = quality}));
-        double worst = 0;
-        for (std::size_t i = 0; i < a.size(); ++i)
-            worst = std::max(worst, static_cast<double>(std::abs(a[i] - b[i])));
-        std::printf("brown without coefficients beside the pinhole: %.1e\n", worst);
-        CHECK(worst <= 1e-4);
-    }
-}

@@ -297,68 +297,6 @@ TEST_CASE("dof_masks: circles from every encoding are within their bound", "[dof
     check("circles, encodings", subjects);
 }
 
-TEST_CASE("dof_masks: circles from integer codes and halves are within their bound", "[dof_masks][exact]") {
-    std::vector<Subject> subjects;
-    for (const Encoding encoding : encodings)
-        subjects.push_back(encoded(encoding));
-    subjects.push_back(oracle::named(
-        oracle::from_field_of_view(1, 1, {0.1, infinity, DepthOrder::reversed}, Convention::vulkan()), "reversed"));
-    subjects.push_back(oracle::named(
-        with_oblique_near_plane(oracle::from_field_of_view(1, 1, {0.1, 100}), {0.3, 0.2, -1, -0.2}), "oblique"));
-    subjects.push_back(oracle::named(oracle::from_orthographic({-5, 7, -4, 3}, {-3, 100}), "orthographic"));
-    const std::vector<Subject> plain(1, subjects.front());
-    for (const Storage storage :
-         {Storage::uint16, Storage::uint24, Storage::uint24_high, Storage::float16, Storage::rgb8_red_low}) {
-        const bool same_codes = storage == Storage::uint24_high || storage == Storage::rgb8_red_low; // as uint24 holds
-        for (const Arithmetic arithmetic : oracle::arithmetics()) {
-            if (arithmetic == Arithmetic::two_float && storage != Storage::uint24)
-                continue; // the numbers that the codes are do not depend on it
-            Found error;
-            oracle::Faults faults;
-            std::size_t turn = 0;
-            for (Subject subject : same_codes ? plain : subjects) {
-                const bool is_half = storage == Storage::float16, is_short = is_half || storage == Storage::uint16;
-                const int side = is_short ? 256 : 128; // all codes of 16 bits
-                std::mt19937 random(5);
-                std::vector<std::uint32_t> codes(static_cast<std::size_t>(side * side));
-                for (std::size_t i = 0; i < codes.size(); ++i) {
-                    const auto code = static_cast<std::uint32_t>(i);
-                    codes[i] = is_short || code < 64 ? code : random() & 0xffffff;
-                    if (!is_short && i % 64 == 1)
-                        codes[i] = 0xffffff - code;
-                }
-                std::vector<unsigned char> bytes;
-                std::vector<double> values;
-                for (const std::uint32_t code : codes) {
-                    const std::uint32_t bits = storage == Storage::uint24_high ? code << 8 : code;
-                    for (int i = 0; i < (is_short ? 2 : storage == Storage::rgb8_red_low ? 3 : 4); ++i)
-                        bytes.push_back(static_cast<unsigned char>(bits >> (8 * i)));
-                    values.push_back(is_half ? oracle::half_value(static_cast<std::uint16_t>(code))
-                                             : static_cast<double>(code));
-                }
-                if (is_half)
-                    subject.camera.background = -2; // outside every range
-                const oracle::Truth truth(subject, storage);
-                const DepthForm form = depth_form(subject.camera, storage);
-                const std::vector<double> all = focuses(subject);
-                const CircleOfConfusion circle = lens_of(subject.camera, form, all[turn++ % all.size()]);
-                const Image image = Image::from_host(oracle::device(arithmetic), element_of(storage), bytes.data(),
-                                                     {side, side, channels_of(storage)});
-                const std::vector<float> got = circles({image, subject.camera, storage, 77, 99}, circle);
-                for (std::size_t i = 0; i < got.size(); ++i)
-                    if (!(form.background && !is_half && codes[i] == *form.background) && values[i] != -2)
-                        faults.add(judge(subject, truth, form, circle, arithmetic, values[i],
-                                         77.5 + static_cast<double>(i % static_cast<std::size_t>(side)),
-                                         99.5 + static_cast<double>(i / static_cast<std::size_t>(side)), got[i],
-                                         error));
-            }
-            error.print(std::string("circles, ") + to_string(storage) + ", " + oracle::name(arithmetic));
-            CHECK(error.checked > 10000);
-            CHECK(faults.text() == "");
-        }
-    }
-}
-
 TEST_CASE("dof_masks: the background has exactly k, or what was asked for", "[dof_masks]") {
     const CircleOfConfusion circle{20.3, 137, 0, false};
     for (const Arithmetic arithmetic : oracle::arithmetics()) {

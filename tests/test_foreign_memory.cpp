@@ -343,39 +343,6 @@ TEST_CASE("foreign memory: sub-buffers of one buffer share its memory where they
     device.finish();
 }
 
-TEST_CASE("foreign memory: a picture in focus is copied between parts of one buffer with other row strides",
-          "[foreign-memory]") {
-    const Context context;
-    const Device device = context.in_order;
-    constexpr int width = 5, height = 7;
-    std::vector<float> memory(4096, 7);
-    for (std::size_t y = 0; y < height; ++y)
-        for (std::size_t x = 0; x < 3 * width; ++x)
-            memory[128 + y * 17 + x] = static_cast<float>(16 * y + x);
-    const Buffer whole = context.buffer(memory.size() * sizeof(float), memory.data());
-    const cl_buffer_region region{8192, 8192};
-    const Buffer part(clCreateSubBuffer(whole.get(), 0, CL_BUFFER_CREATE_TYPE_REGION, &region, nullptr),
-                      clReleaseMemObject);
-    REQUIRE(part != nullptr);
-    const std::vector<float> depth(width * height, 2);
-    Camera seen = camera(width, height);
-    const StoredDepth stored{Image::from_host(device, Element::f32, depth.data(), {width, height}), seen};
-    const Image color(device, whole.get(), Element::f32, {width, height, 3, 17}, 128);
-    const CircleOfConfusion pinhole{0, 0};
-    dof(stored, color, Image(device, whole.get(), Element::f32, {width, height, 3, 19}, 1024), pinhole);
-    dof(stored, color, Image(device, part.get(), Element::f32, {width, height, 3, 23}, 9), pinhole);
-    device.finish();
-    std::vector<float> now(memory.size());
-    REQUIRE(clEnqueueReadBuffer(device.queue(), whole.get(), CL_TRUE, 0, now.size() * sizeof(float), now.data(), 0,
-                                nullptr, nullptr) == CL_SUCCESS);
-    for (std::size_t y = 0; y < height; ++y)
-        for (std::size_t x = 0; x < 3 * width; ++x) {
-            memory[1024 + y * 19 + x] = static_cast<float>(16 * y + x);
-            memory[2048 + 9 + y * 23 + x] = static_cast<float>(16 * y + x);
-        }
-    CHECK(now == memory);
-}
-
 TEST_CASE("foreign memory: an image keeps its buffer after everybody else let it go", "[foreign-memory]") {
     const Context context;
     const Device device = context.in_order;

@@ -214,19 +214,6 @@ TEST_CASE("form: what counts as background and as a surface", "[form]") {
     REQUIRE(depth_form(camera_of(moved)).least_depth == -3);
 }
 
-TEST_CASE("form: a pole beside an uneven depth range is summed as it stands", "[form]") {
-    // A standard range −1..1 ends at its larger side; −1..0.5 does not, and 1..2 of a reversed one starts at no zero.
-    Camera camera = camera_of(perspective(edges, {0.5, 100}));
-    camera.depth_range = {-1, 1};
-    REQUIRE(depth_form(camera).form == Form::reciprocal);
-    camera.depth_range = {-1, 0.5};
-    REQUIRE(depth_form(camera).form == Form::reciprocal_affine);
-    REQUIRE(contains(depth_form(camera).reason, "uneven depth range"));
-    camera.projection = perspective(edges, {0.5, 100, DepthOrder::reversed});
-    camera.depth_range = {1, 2};
-    REQUIRE(depth_form(camera).form == Form::reciprocal_affine);
-}
-
 TEST_CASE("form: a camera that cannot be decoded says why", "[form]") {
     const auto said = [](Camera camera, auto change) {
         change(camera);

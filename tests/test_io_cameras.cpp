@@ -850,60 +850,6 @@ TEST_CASE("cameras: COLMAP's binary and text files", "[io][cameras]") {
     }
 }
 
-TEST_CASE("cameras: COLMAP's damaged files", "[io][cameras]") {
-    const TempFolder folder;
-    Colmap colmap;
-    colmap.camera(1, 1, {500, 510, 322, 238});
-    colmap.image(1, "a.jpg", Eigen::Quaterniond::Identity(), Vector3d(1, 2, 3));
-    const auto cameras = Colmap::counted(1, colmap.cameras), images = Colmap::counted(1, colmap.images);
-    const auto import = [&](const std::string& c, const std::string& i) {
-        put(folder / "cameras.bin", c);
-        put(folder / "images.bin", i);
-        return import_camera(folder.path(), {.preset = "colmap"});
-    };
-    CHECK(import(cameras, images).camera.width == 640);
-    for (std::size_t length = 1; length < cameras.size(); ++length)
-        check_says([&] { import(cameras.substr(0, length), images); }, {"cameras.bin", "cut short"});
-    for (std::size_t length = 1; length < images.size(); ++length)
-        check_says([&] { import(cameras, images.substr(0, length)); }, {"images.bin", "cut short"});
-    check_says([&] { import(Colmap::counted(~0ull, colmap.cameras), images); }, {"cameras.bin", "cut short"});
-    check_says([&] { import(cameras, Colmap::counted(1ull << 60, colmap.images)); }, {"images.bin", "cut short"});
-    check_says([&] { import(Colmap::counted(0, ""), images); }, {"cameras.bin", "has no camera"});
-    const auto with_camera = [&](std::int32_t model, const std::vector<double>& parameters) {
-        Colmap other;
-        other.camera(1, model, parameters);
-        return refusal([&] { import(Colmap::counted(1, other.cameras), images); });
-    };
-    check_says(with_camera(99, {1}), {"model number 99"});
-    check_says(with_camera(-1, {1}), {"model number -1"});
-    check_says(with_camera(1, {std::nan(""), 1, 1, 1}), {"PINHOLE", "not finite"});
-    check_says(with_camera(1, {-5, 510, 322, 238}), {"fx = -5", "above 0"});
-    check_says(with_camera(7, {500, 500, 322, 238, 0.9}), {"FOV with a lens distortion", "colmap image_undistorter"});
-    Colmap other;
-    other.image(7, "a.jpg", Eigen::Quaterniond::Identity(), Vector3d(1, 2, 3));
-    check_says([&] { import(cameras, Colmap::counted(1, other.images)); }, {"camera 7", "not in cameras.bin"});
-    Colmap still;
-    still.image(1, "a\x1b.jpg", Eigen::Quaterniond(0, 0, 0, 0), Vector3d(1, 2, 3));
-    check_says([&] { import(cameras, Colmap::counted(1, still.images)); }, {"no rotation", "a .jpg"});
-    import(cameras, images);
-    check_says([&] { import_camera(folder.path(), {.image = "q.jpg", .preset = "colmap"}); }, {"no image \"q.jpg\""});
-    check_says([&] { import_camera(folder.path()); }, {"does not say what the values", "--preset colmap"});
-    fs::remove(folder / "images.bin");
-    CHECK_FALSE(import_camera(folder.path(), {.preset = "colmap"}).camera.view.has_value());
-    fs::remove(folder / "cameras.bin");
-    check_says([&] { import_camera(folder.path()); }, {"sparse/0"});
-    const auto text = [&](const std::string& line, const std::vector<std::string>& parts) {
-        check_says([&] { import_camera(put(folder / "cameras.txt", line), {.preset = "colmap"}); }, parts);
-    };
-    text("1 PINHOLE 640 480 500 510 322\n", {"PINHOLE with 3 numbers", "4"});
-    text("1 PINHOLE 640 480 500 510 322 238 9\n", {"with 5 numbers"});
-    text("1 PINHOLE 640 480 500 510 322 abc\n", {"with 3 numbers"});
-    text("1 WIDE 640 480 500\n", {"\"WIDE\""});
-    text("nonsense\n", {"ID MODEL WIDTH HEIGHT"});
-    put(folder / "images.txt", std::string("1 2 3\n\n"));
-    text("1 PINHOLE 640 480 500 510 322 238\n", {"images.txt", "ID QW QX"});
-}
-
 TEST_CASE("cameras: the matrices of an EXR header in every layout", "[io][cameras]") {
     const TempFolder folder;
     const double width = 64, height = 48, fx = 70, fy = 70, cx = 30, cy = 26;

@@ -425,18 +425,3 @@ TEST_CASE("ranking: values below 0 get cameras under which they are depths") {
     CHECK(ranking.guesses.front().camera_file.find("\"depth_range\": [0, -") != std::string::npos);
     CHECK(ranking.guesses.front().camera_file.find("\"background_from\": -1") != std::string::npos);
 }
-
-TEST_CASE("ranking: 1920 x 1080 pixels take less than a second", "[slow]") {
-    constexpr double most_seconds = 1;
-    if (places::sanitized) {
-        WARN("skipped: with AddressSanitizer all takes longer");
-        return;
-    }
-    const Seen view = seen(scene::room(), 70, 1920, 1080);
-    const DepthFile depth = sources()[1].stored(view);
-    const auto start = std::chrono::steady_clock::now();
-    CHECK(rank_encodings(host(depth)).family == Family::planar);
-    const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
-    std::cout << "ranking 1920 x 1080: " << seconds.count() << " s\n";
-    CHECK(seconds.count() < most_seconds);
-}

@@ -136,31 +136,6 @@ TEST_CASE("lens: a pinhole has no circles", "[lens]") {
     }
 }
 
-TEST_CASE("lens: telecentric is the limit of a far narrow perspective", "[lens]") {
-    const double focus = 9, focal_mm = 50, f_stop = 0.5;
-    const CircleOfConfusion orthographic_coc =
-        circle_of_confusion({.f_stop = f_stop, .focus = focus, .focal_length_mm = focal_mm}, orthographic_camera(12));
-    CHECK(orthographic_coc.telecentric);
-    const double scale = 40, aperture = focal_mm / 1000 / f_stop;
-    CHECK(same(at(orthographic_coc, 12), aperture / focus * (12 - focus) * scale));
-    // From `away` behind: the same width of view at the focus, and an aperture that looks as large from there.
-    double last = 1;
-    for (const double away : {1e2, 1e4, 1e6}) {
-        const double half = 6 / (away + focus);
-        Camera camera{.projection = perspective(FrustumEdges{-half, half, -half, half}, {1, 2 * away}),
-                      .width = 480,
-                      .height = 270};
-        // A seen from the focus: A/S of the telecentric lens is A'/(S + away) of this one, f = fx/width * sensor
-        const double wide_aperture = aperture / focus * (away + focus), f = 240 / half * 36 / 480 / 1000;
-        const CircleOfConfusion circle = circle_of_confusion(
-            {.f_stop = f / wide_aperture, .focus = away + focus, .sensor_mm = 36, .mm_per_unit = 1000}, camera);
-        const double off = std::abs(at(circle, away + 12) - at(orthographic_coc, 12)) / at(orthographic_coc, 12);
-        CHECK(off < 1.1 * (12 - focus) / away);
-        CHECK(off < last);
-        last = off;
-    }
-}
-
 TEST_CASE("lens: the depth of a circle is the inverse of the circle of a depth", "[lens]") {
     const CircleOfConfusion circles[] = {
         {20, 140, 0, false}, {20, 140, -3, false}, {0, 140, 0, false}, {20, 3, 0, true}};

@@ -167,60 +167,6 @@ TEST_CASE("lens findings: a fold over more than half of the image is refused, an
                       ContainsSubstring("folds where p1, p2") && ContainsSubstring("% of the image"));
 }
 
-TEST_CASE("lens findings: units, skies and numbers that are no depth are told through lenses, too", "[lens][doubts]") {
-    const auto says = [](const std::vector<std::string>& doubts, const char* words) {
-        return std::ranges::any_of(doubts, [&](const std::string& doubt) { return contains(doubt, words); });
-    };
-    for (const std::size_t which : {0u, 1u, 2u, 4u, 5u, 7u, 9u, 11u}) {
-        auto [name, camera] = lens_subjects().at(which);
-        INFO(name);
-        const std::vector<float> room = stored_room(camera, meanings[1]); // 0 without a ray
-        const auto changed = [&](auto change) {
-            std::vector<float> values;
-            for (const float value : room)
-                values.push_back(value > 0 ? static_cast<float>(change(static_cast<double>(value))) : NAN);
-            return values;
-        };
-        const auto told = [&](const std::vector<float>& values, const char* words) {
-            CHECK(says(depth_doubts(camera, host(camera, values)), words));
-            CHECK(says(depth_doubts_of_sample(camera, host(camera, values)), words));
-        };
-        const auto silent = [&](const std::vector<float>& values) {
-            for (const auto& doubts :
-                 {depth_doubts(camera, host(camera, values)), depth_doubts_of_sample(camera, host(camera, values))})
-                for (const std::string& doubt : doubts)
-                    if (!contains(doubt, "because the lens folds")) {
-                        INFO(doubt);
-                        CHECK(false);
-                    }
-        };
-        silent(changed([](double z) { return z; }));
-        camera.usual_metres = 20;
-        silent(changed([](double z) { return z; }));
-        told(changed([](double z) { return 1000 * z; }), "0.001 if they are millimetres");
-        camera.usual_metres = 0;
-        std::vector<std::uint16_t> codes;
-        for (const float value : room)
-            codes.push_back(static_cast<std::uint16_t>(std::lround(1000 * value)));
-        const HostDepth integers{codes.data(), camera.width, camera.height, 2 * static_cast<std::size_t>(camera.width),
-                                 Storage::uint16};
-        CHECK(says(depth_doubts(camera, integers), "integers count as scene units"));
-        camera.scale = 0.001;
-        camera.missing = 0;
-        for (const std::string& doubt : depth_doubts(camera, integers)) {
-            INFO(doubt);
-            CHECK(contains(doubt, "because the lens folds"));
-        }
-        told(changed([](double z) { return z; }), "floats are mostly scene units already");
-        camera.scale = 1;
-        camera.missing.reset();
-        told(changed([](double z) { return z > 4 ? 1e10 : z; }), "\"background_from\": 1e+10");
-        told(changed([](double z) { return z > 4 ? 65535 : z; }), "\"missing\": 65535");
-        CHECK(says(depth_doubts(camera, host(camera, changed([](double) { return NAN; }))),
-                   "no pixel has a depth: all of its values are NaN"));
-    }
-}
-
 TEST_CASE("lens findings: a fold in the image is named as why pixels have no depth", "[lens][doubts]") {
     const auto doubts = [](LensModel lens) {
         Camera camera;

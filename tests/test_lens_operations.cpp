@@ -210,30 +210,6 @@ TEST_CASE("lens operations: normals of scenes are as exact as a pinhole's with t
         }
 }
 
-TEST_CASE("lens operations: coarse and noisy depth gives normals through a lens", "[lens]") {
-    const Device device = test_device();
-    for (const std::size_t which : {1u, 7u, 9u, 11u}) {
-        auto [name, camera] = lens_subjects().at(which);
-        camera.encoding = Encoding::ray_distance;
-        const Eigen::Vector3d wall = Eigen::Vector3d(0.3, -0.2, forwards_of(camera)).normalized();
-        std::mt19937 random(7);
-        std::normal_distribution<double> normal_noise(0, 9e-4);
-        std::vector<float> depth;
-        for (const PixelRay& ray : all_rays(camera)) {
-            const double across = ray ? wall.dot(*ray) : 0;
-            depth.push_back(across > 0.5 ? static_cast<float>(2.5 / across * (1 + normal_noise(random))) : no_depth);
-        }
-        const std::vector<float> found = images::floats(normals(depth_of(device, camera, depth), {.noise = 9e-4}));
-        Angles off;
-        for (std::size_t i = 0; i < depth.size(); ++i)
-            if (depth[i] == depth[i])
-                off.add(vector_at(found, i), -wall);
-        std::printf("normals through %-42s noise of 9e-4: mean %.3f degrees\n", name.c_str(), off.mean());
-        INFO(name);
-        CHECK(off.mean() <= normals_noise_error_deg);
-    }
-}
-
 TEST_CASE("lens operations: fog through every lens is within fog_error of the closed form", "[lens]") {
     const Device device = test_device();
     for (const auto& [name, plain] : lens_subjects()) {

@@ -152,21 +152,6 @@ Scene edge(double degrees, bool before_sky) {
     };
 }
 
-// A pole across the image, so many pixels wide.
-Scene pole(double degrees, double wide) {
-    const double a = degrees * std::numbers::pi / 180;
-    return [=](double x, double y) -> Sample {
-        const double across = (x - 52.3) * std::cos(a) + (y - 40.6) * std::sin(a);
-        return std::abs(across) < wide / 2 ? Sample{0.4, 1} : Sample{plane(x, y, 0.15, -1e-4, 2e-4), 0};
-    };
-}
-
-// A sphere, whose rim bends away, before a wall.
-Sample sphere(double x, double y) {
-    const double r = 30, square = r * r - (x - 52.3) * (x - 52.3) - (y - 40.6) * (y - 40.6);
-    return square > 0 ? Sample{1 / (4 - 0.02 * std::sqrt(square)), 1} : Sample{1 / 6.0, 0};
-}
-
 } // namespace
 
 TEST_CASE("mixed pixels: pixels averaged over an edge are found, and surfaces are not", "[dof_masks][mixed_pixels]") {
@@ -209,33 +194,6 @@ TEST_CASE("mixed pixels: planes and creases have none, however they are tilted",
         smooth.print(way.name + ", planes and creases");
         CHECK(smooth.wrong == 0);
     }
-}
-
-TEST_CASE("mixed pixels: poles and spheres", "[dof_masks][mixed_pixels]") {
-    const Stored way = ways().front();
-    for (const double wide : {1.0, 2.0, 3.0, 6.0}) {
-        Count averaged, sharp;
-        for (int angle = 0; angle < 180; angle += 15) {
-            const Picture picture = rendered(pole(angle, wide), way, 2), aliased = rendered(pole(angle, wide), way, 1);
-            averaged.add(picture, mask_of(picture, way));
-            sharp.add(aliased, mask_of(aliased, way));
-        }
-        averaged.print("poles " + std::to_string(static_cast<int>(wide)) + " wide, 4 samples");
-        sharp.print("poles " + std::to_string(static_cast<int>(wide)) + " wide, 1 sample");
-        CHECK(sharp.wrong == 0);
-        CHECK(averaged.wrong == 0);
-        if (wide >= 2) // of one that is mixed on both sides nothing shows how far the step goes
-            CHECK(averaged.found == averaged.mixed);
-    }
-    Count averaged, sharp;
-    const Picture picture = rendered(sphere, way, 2), aliased = rendered(sphere, way, 1);
-    averaged.add(picture, mask_of(picture, way));
-    sharp.add(aliased, mask_of(aliased, way));
-    averaged.print("a sphere, 4 samples");
-    sharp.print("a sphere, 1 sample");
-    CHECK(averaged.found == averaged.mixed);
-    CHECK(averaged.wrong == 0);
-    CHECK(sharp.wrong == 0);
 }
 
 // The oracle: the mask of `dof_masks`, and the positions without it.

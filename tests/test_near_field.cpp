@@ -190,49 +190,6 @@ TEST_CASE("near field: pixels that are not square have elliptic discs", "[near_f
     CHECK(worst.partly > 200);
 }
 
-TEST_CASE("near field: tiny images, single rows and columns, and discs wider than the image", "[near_field]") {
-    Worst worst;
-    for (const auto& [width, height] : {std::pair{1, 1}, {1, 29}, {43, 1}, {5, 3}, {19, 17}}) {
-        Picture picture = blobs(width, height, 300, static_cast<unsigned>(width));
-        check(picture, everything(), worst);
-    }
-    print("tiny, wide discs", worst);
-    Picture nothing{9, 5, 1, std::vector<float>(45, nan_f)};
-    check(nothing, everything(), worst);
-    Picture infinite{9, 5, 1, std::vector<float>(45, 1e-44f)}; // circles of −infinity
-    const Masks got = masks_of(infinite, everything());
-    CHECK(got.circle[0] == -HUGE_VALF);
-    CHECK(got.reach[22] == HUGE_VALF);
-    CHECK(got.coverage[22] == 0); // spread over everything there is
-    CHECK(got.least[0] == -HUGE_VALF);
-    CHECK(got.greatest[0] == -HUGE_VALF);
-}
-
-TEST_CASE("near field: a plane covers itself once, and its edge as a blurred half-plane does", "[near_field]") {
-    const int width = 160, height = 80, edge = 80;
-    for (const double r : {4.0, 12.0, 30.0}) {
-        Picture picture{width, height, 1, {}};
-        for (int y = 0; y < height; ++y)
-            for (int x = 0; x < width; ++x)
-                picture.depth.push_back(x < edge ? static_cast<float>(100 / (20 + 2 * r)) : 5.0f);
-        const Masks got = masks_of(picture, everything());
-        double worst = 0;
-        for (int x = 0; x < width; ++x) {
-            const double t = std::clamp((x + 0.5 - edge) / r, -1.0, 1.0); // half the disc and a bit lies beyond
-            const double exact = 0.5 - (t * std::sqrt(1 - t * t) + std::asin(t)) / std::numbers::pi;
-            const double got_here = static_cast<double>(got.coverage[static_cast<std::size_t>(height / 2 * width + x)]);
-            if (x > r + 1) // the left border is an edge, too
-                worst = std::max(worst, std::abs(got_here - exact));
-            if (x > r + 1 && x < edge - r - 1)
-                CHECK(got_here > 1 - near_alpha_error);
-        }
-        // A disc of whole pixels is off the round one by fractions of a pixel in its columns, of either sign.
-        std::printf("near field, half-plane of r = %-4g coverage off by at most %.4f, allowed %.4f\n", r, worst,
-                    0.1 / r);
-        CHECK(worst < 0.1 / r);
-    }
-}
-
 TEST_CASE("dof_masks: images of the caller's that do not fit are refused", "[dof_masks][near_field]") {
     const int width = 53, height = 37;
     Picture picture = blobs(width, height, 20, 9);

@@ -263,53 +263,6 @@ void check_whole_windows(const Result& result, const std::vector<float>& depth, 
     CHECK(fraction >= whole_windows);
 }
 
-constexpr int near_px = 2;        // from an edge
-constexpr double jump = 0.05;     // of the nearer z, at an edge
-constexpr double crease_deg = 20; // between two pixels' normals
-
-std::vector<std::uint8_t> near_edges(const scene::Rendered& truth) {
-    const int width = truth.width, height = truth.height;
-    std::vector<std::uint8_t> near(truth.z.size());
-    const auto mark = [&](int x, int y) {
-        for (int v = std::max(y - near_px, 0); v <= std::min(y + near_px, height - 1); ++v)
-            for (int u = std::max(x - near_px, 0); u <= std::min(x + near_px, width - 1); ++u)
-                near[static_cast<std::size_t>(v * width + u)] = 1;
-    };
-    for (int y = 0; y < height; ++y)
-        for (int x = 0; x < width; ++x)
-            for (const auto& [u, v] : {std::pair{x + 1, y}, {x, y + 1}}) {
-                if (u == width || v == height)
-                    continue;
-                const auto a = static_cast<std::size_t>(y * width + x), b = static_cast<std::size_t>(v * width + u);
-                const bool flat = std::abs(truth.z[a] - truth.z[b]) <= jump * std::min(truth.z[a], truth.z[b]) &&
-                                  angle_deg(truth.normal[a], truth.normal[b]) <= crease_deg;
-                if (!flat && (std::isfinite(truth.z[a]) || std::isfinite(truth.z[b]))) {
-                    mark(x, y);
-                    mark(u, v);
-                }
-            }
-    return near;
-}
-
-// Mean errors in degrees: away from edges, and near them.
-struct Parts {
-    double away = 0, near = 0;
-};
-
-Parts parts(const Result& result, const scene::Rendered& truth, const std::vector<std::uint8_t>& near) {
-    double sums[2] = {};
-    long counts[2] = {};
-    for (int y = 0; y < truth.height; ++y)
-        for (int x = 0; x < truth.width; ++x) {
-            const auto i = static_cast<std::size_t>(y * truth.width + x);
-            if (!std::isfinite(truth.z[i]))
-                continue;
-            sums[near[i]] += angle_deg(result.at(x, y), truth.normal[i]);
-            ++counts[near[i]];
-        }
-    return {sums[0] / static_cast<double>(counts[0]), sums[1] / static_cast<double>(counts[1])};
-}
-
 } // namespace
 
 TEST_CASE("normals: planes at tilts up to 85 degrees under every camera", "[normals][exact]") {
@@ -444,36 +397,6 @@ TEST_CASE("normals: every pixel of a coarse plane's window counts", "[normals]")
     }
 }
 
-TEST_CASE("normals: noise in whole scenes, away from edges and near them", "[normals][noise]") {
-    const Camera camera = with(camera_of(perspective(0.9, 16.0 / 9, {0.1, 100}), 640, 360), Encoding::view_z);
-    std::printf(
-        "normals of noisy scenes, mean error in degrees away from edges and within %d pixels of one: neighbours "
-        "and least squares with their tolerance told, with noise told\n",
-        near_px);
-    for (const char* name : {"room", "terrain", "railings", "spheres", "corridor"}) {
-        const scene::Rendered truth = scene::render(scene::named(name), camera);
-        const std::vector<std::uint8_t> near = near_edges(truth);
-        for (const double noise : {1.8e-4, 9e-4, 2.7e-3}) {
-            const std::vector<float> depth = noisy(truth, noise);
-            const StoredDepth stored = stored_of(depth, camera);
-            const double half_steps = 3 * noise / 0x1p-24;
-            const auto measured = [&](const NormalsOptions& options) {
-                return parts(normals_of(stored, options), truth, near);
-            };
-            const Parts nearest = measured({.method = NormalMethod::neighbours, .tolerance = half_steps}),
-                        narrow = measured({.method = NormalMethod::least_squares, .tolerance = half_steps}),
-                        told = measured({.noise = noise});
-            std::printf("  %-8s %.1e  %6.2f %6.2f | %6.2f %6.2f | %6.2f %6.2f\n", name, noise, nearest.away,
-                        nearest.near, narrow.away, narrow.near, told.away, told.near);
-            INFO(name << ", noise " << noise);
-            CHECK(told.away < narrow.away);
-            CHECK(told.away < 0.75 * nearest.away);
-            CHECK(told.near < narrow.near);
-            CHECK(told.near < nearest.near);
-        }
-    }
-}
-
 TEST_CASE("normals: the window is as wide as noise and a pixel's angle ask for", "[normals][noise]") {
     const auto radius = [](const Camera& camera, double noise) { return window_radius(camera, noise); };
     const Camera camera = sensor();
@@ -596,36 +519,6 @@ TEST_CASE("stability: normals beside invalid pixels", "[normals][stability]") {
             }
             const Result sky = normals_of(stored_of(std::vector<float>(holed.size(), none), camera));
             CHECK(std::ranges::all_of(sky.values, [](float value) { return value == 0; }));
-        }
-    }
-}
-
-TEST_CASE("stability: normals of deep buffers, and of units from 1e-20 to 1e20", "[normals][stability]") {
-    const Camera deep = camera_of(perspective(1.0, 4.0 / 3, {0.01, 1e4}), 64, 48);
-    const Vector3d normal = Vector3d(0.3, 0.2, 1).normalized();
-    const scene::Rendered truth = scene::render({scene::Plane{{0, 0, -0.5}, normal}}, deep);
-    const auto codes = scene::codes16(truth, deep);
-    const auto codes24 = scene::codes24(truth, deep);
-    for (const NormalsOptions& options : each_method) {
-        const Result d16 = normals_of(stored_of(codes, deep, Storage::uint16), options);
-        const Result d24 = normals_of(stored_of(codes24, deep, Storage::uint24), options);
-        CHECK(well_formed(d16));
-        CHECK(well_formed(d24));
-        CHECK(score(d16, truth).mean < 3);
-        CHECK(score(d24, truth).mean < 0.05);
-        // Far away in D16 all is one code: the plane across the axis, and no garbage.
-        const std::vector<std::uint16_t> flat(codes.size(), 65534);
-        const Result far_away = normals_of(stored_of(flat, deep, Storage::uint16), options);
-        CHECK(well_formed(far_away));
-        CHECK(angle_deg(far_away.at(20, 20), {0, 0, 1}) < 1e-3);
-
-        for (const double unit : {1e-20, 1e-10, 1e10, 1e20}) {
-            Camera camera = camera_of(perspective(1.0, 4.0 / 3, {0.1 * unit, 100 * unit}), 64, 48);
-            const scene::Rendered scaled = scene::render({scene::Plane{{0, 0, -4 * unit}, normal}}, camera);
-            CHECK(score(normals_of(stored_of(scaled.stored, camera), options), scaled).mean < 0.01);
-            camera.projection = orthographic({-2 * unit, 2 * unit, -1.5 * unit, 1.5 * unit}, {0.1 * unit, 100 * unit});
-            const scene::Rendered plane_image = scene::render({scene::Plane{{0, 0, -4 * unit}, normal}}, camera);
-            CHECK(score(normals_of(stored_of(plane_image.stored, camera), options), plane_image).mean < 0.01);
         }
     }
 }

@@ -220,31 +220,6 @@ TEST_CASE("opencv umat: kernels read and write the matrices' own memory, and the
     }
 }
 
-TEST_CASE("opencv umat: no buffer is made for a matrix", "[opencv]") {
-    if (!opencv_has_opencl())
-        return;
-    const Device device = opencv_device();
-    const auto owners = [&] { // each buffer of PoCL's owns its context
-        cl_uint count = 0;
-        clGetContextInfo(device.context(), CL_CONTEXT_REFERENCE_COUNT, sizeof(count), &count, nullptr);
-        return count;
-    };
-    const cv::Mat stored = depths();
-    const cv::UMat input = on_device(stored);
-    cv::UMat result(stored.size(), CV_32FC1);
-    linearize(device, input, camera(), result); // builds the kernel
-    device.finish();
-    const auto made = [&](cv::InputArray in) {
-        Gate gate(device.queue()); // what the kernels use lives while they wait
-        const cl_uint before = owners();
-        const Image image = in.isUMat() ? to_device(device, input) : to_device(device, stored);
-        linearize({image, camera()}, to_device(device, result));
-        return owners() - before;
-    };
-    CHECK(made(input) == 0);
-    CHECK(made(stored) == 1); // the count sees a buffer on a cv::Mat
-}
-
 TEST_CASE("opencv umat: a float matrix may be its own result", "[opencv]") {
     if (!opencv_has_opencl())
         return;
@@ -267,29 +242,6 @@ TEST_CASE("opencv umat: a float matrix may be its own result", "[opencv]") {
     linearize(device, codes, camera(), codes); // another type: a new matrix
     CHECK(codes.type() == CV_32FC1);
     CHECK(on_host(kept).at<ushort>(3, 4) == 40000);
-}
-
-TEST_CASE("opencv umat: every type of stored depth is read, three and four bytes alike", "[opencv]") {
-    if (!opencv_has_opencl())
-        return;
-    for (const int type : {CV_32FC1, CV_16FC1, CV_16UC1, CV_32SC1, CV_8UC3, CV_8UC4}) {
-        INFO(cv::typeToString(type));
-        cv::Mat stored(20, 30, type), expected;
-        if (type == CV_16FC1)
-            depths().convertTo(stored, CV_16F);
-        else if (type == CV_32FC1)
-            stored = depths();
-        else
-            cv::randu(stored, 0, type == CV_32SC1 ? 1 << 24 : 1 << 16);
-        const std::optional<Storage> storage =
-            CV_MAT_DEPTH(type) == CV_8U ? std::optional(Storage::bgr8_red_low) : std::nullopt;
-        linearize(cpu(), stored, camera(), expected, {}, storage);
-        cv::UMat result;
-        linearize(opencv_device(), on_device(stored), camera(), result, {}, storage);
-        CHECK(same(on_host(result), expected));
-        linearize(cpu(), on_device(stored), camera(), result, {}, storage); // of another context: mapped
-        CHECK(same(on_host(result), expected));
-    }
 }
 
 TEST_CASE("opencv umat: what the host wrote through a cv::Mat is seen, and what the device wrote, too", "[opencv]") {

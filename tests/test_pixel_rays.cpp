@@ -241,34 +241,6 @@ TEST_CASE("PixelRays: pixels of brown have a ray up to where p1, p2 and s1 to s4
     CHECK(all_without > 1000);
 }
 
-TEST_CASE("PixelRays: double-sphere's rays are all seen in their pixels again", "[lens]") {
-    constexpr double most_px = 1e-9;
-    for (const auto& [xi, alpha] :
-         {std::pair{-0.2, 0.6}, {-0.3, 0.59}, {0.5, 0.7}, {0.9, 0.95}, {-0.9, 0.3}, {0.4, 0}}) {
-        CAPTURE(xi, alpha);
-        Camera camera;
-        camera.width = 640;
-        camera.height = 512;
-        camera.projection = perspective(1, 1, {1, 2});
-        camera.lens = LensModel{LensLaw::double_sphere, 150, 150, 320, 256, {xi, alpha}};
-        const PixelRays rays(camera);
-        long lost = 0, seen = 0;
-        double worst = 0;
-        for (int y = 0; y < camera.height; y += 3)
-            for (int x = 0; x < camera.width; x += 3)
-                if (const auto ray = rays.ray_of(x + 0.5, y + 0.5)) {
-                    const auto back = rays.pixel_of(*ray);
-                    ++seen;
-                    lost += !back;
-                    if (back)
-                        worst = std::max(worst, (*back - Eigen::Vector2d(x + 0.5, y + 0.5)).norm());
-                }
-        CHECK(seen > 5000);
-        CHECK(lost == 0);
-        CHECK(worst <= most_px);
-    }
-}
-
 TEST_CASE("PixelRays: a lens without distortion is the pinhole, whatever its axes, rows and part", "[lens]") {
     for (const ViewAxes axes : {ViewAxes::opengl, ViewAxes::directx, ViewAxes::opencv})
         for (const Rows rows : {Rows::top_down, Rows::bottom_up}) {
@@ -366,27 +338,6 @@ TEST_CASE("PixelRays: what is no lens is refused with its number", "[lens]") {
     CHECK_THROWS_WITH(PixelRays{flat}, ContainsSubstring("orthographic"));
     CHECK_THROWS_WITH(pixel_of(Camera{.projection = perspective(1, 1, {1, 2}), .width = 1, .height = 1}, {0, 0, 0}),
                       ContainsSubstring("direction"));
-}
-
-TEST_CASE("Patches do not go around a panorama of a few pixels", "[lens]") {
-    for (const int width : {1, 2, 4, 8, 16, 32})
-        for (const int height : {1, 2, 4, 8, 16}) {
-            CAPTURE(width, height);
-            Camera camera;
-            camera.width = width;
-            camera.height = height;
-            camera.projection = perspective(1, 1, {1, 2});
-            camera.lens = LensModel{LensLaw::equirectangular, width / (2 * std::numbers::pi), height / std::numbers::pi,
-                                    width / 2.0, height / 2.0};
-            const lens::Patches patches = lens::patches_of(lens::CameraLens(camera), width, height, false);
-            const PixelRays rays(camera);
-            double worst = 0;
-            for (int y = 0; y < height; ++y)
-                for (int x = 0; x < width; ++x)
-                    worst =
-                        std::max(worst, (std::get<0>(patches.at(x, y)) - rays.ray_of(x + 0.5, y + 0.5).value()).norm());
-            CHECK(worst <= lens::patch_error);
-        }
 }
 
 TEST_CASE("Patches are within their bound of the rays, and so are their derivatives", "[lens]") {

@@ -143,25 +143,6 @@ TEST_CASE("projection: every builder brings a point back to where it was", "[pro
               << "), position " << worst_position << " (limit " << position_tolerance << ")\n";
 }
 
-TEST_CASE("projection: near and far are the ends of the clip range", "[projection]") {
-    for (const Built& built : builders()) {
-        const Projection& p = built.projection;
-        const bool gl = p.convention.clip_z == ClipZ::negative_one_to_one;
-        const bool reversed = p.order == DepthOrder::reversed;
-        REQUIRE(p.clip_near() == (reversed ? 1 : gl ? -1 : 0));
-        REQUIRE(p.clip_far() == (reversed ? (gl ? -1 : 0) : 1));
-        const auto z_of = [&](Real z) {
-            const auto clip = (p.matrix * point_at(built, 0.25L, 0.75L, z).homogeneous()).eval();
-            return clip.z() / clip.w();
-        };
-        REQUIRE(std::abs(z_of(built.near) - p.clip_near()) <= clip_tolerance);
-        if (std::isfinite(built.far))
-            REQUIRE(std::abs(z_of(built.far) - p.clip_far()) <= clip_tolerance);
-        else
-            REQUIRE(std::abs(z_of(1e30L) - p.clip_far()) <= 1e-29L);
-    }
-}
-
 TEST_CASE("projection: a matrix says by itself whether depth is reversed", "[projection]") {
     const auto rounded = [](const Projection& p) {
         std::array<float, 16> columns{};

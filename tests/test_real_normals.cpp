@@ -142,7 +142,7 @@ TEST_CASE("real: Blender's depth gives the path tracer's normals", "[real][norma
 
 #if __has_include("baselines.hpp") // where the bench is built
         if (frame.camera.projection.is_perspective()) {
-            bench::Baselines kernels(device, false);
+            bench::Baselines kernels(device);
             const Eigen::Matrix3d to_world = frame.camera.view->topLeftCorner<3, 3>().inverse();
             for (const auto& [label, kernel] : {std::pair{"(D2NT v3)", "d2nt"}, {"(3F2N)", "three_filters"}}) {
                 const Image vectors(device, Element::f32, {frame.z.cols, frame.z.rows, 3});

@@ -56,64 +56,10 @@ std::vector<float> counted(std::size_t count) {
 
 } // namespace
 
-TEST_CASE("runtime: memory of large images begins at different places of its huge pages") {
-    std::set<std::uintptr_t> places;
-    std::vector<void*> all;
-    for (int i = 0; i < 8; ++i) {
-        all.push_back(runtime::allocate(runtime::huge_page + 1));
-        REQUIRE(all.back());
-        std::memset(all.back(), i, runtime::huge_page + 1);
-        const auto address = reinterpret_cast<std::uintptr_t>(all.back());
-        CHECK(address % 256 == 0);
-        places.insert(address % runtime::huge_page);
-    }
-    CHECK(places.size() == all.size());
-    for (void* memory : all)
-        runtime::give_back(memory);
-    runtime::give_back(nullptr);
-}
-
 #ifdef __linux__
-TEST_CASE("runtime: the last huge page of large memory is not cleared for a few bytes", "[runtime]") {
-    std::ifstream file("/sys/kernel/mm/transparent_hugepage/enabled");
-    std::string mode;
-    std::getline(file, mode);
-    if (!contains(mode, "[madvise]")) {
-        WARN("skipped: the system gives huge pages to all or to none: " << mode);
-        return;
-    }
-    constexpr std::size_t size = 17 * runtime::huge_page + 1; // more than malloc keeps for the next image
-    void* const memory = runtime::allocate(size);
-    REQUIRE(memory);
-    std::memset(memory, 1, size);
-    const std::uintptr_t last =
-        (reinterpret_cast<std::uintptr_t>(memory) + size) / runtime::huge_page * runtime::huge_page;
-    const auto page = static_cast<std::size_t>(sysconf(_SC_PAGESIZE));
-    std::vector<unsigned char> there(runtime::huge_page / page);
-    REQUIRE(mincore(reinterpret_cast<void*>(last), runtime::huge_page, there.data()) == 0);
-    CHECK(std::ranges::count(there, 1) <= static_cast<std::ptrdiff_t>(there.size() / 2));
-    runtime::give_back(memory);
-}
 #endif
 
 #if defined(__GLIBC__) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
-TEST_CASE("runtime: memory of an image that is gone serves the next one, so that the system need not clear more",
-          "[runtime]") {
-    constexpr std::size_t size = std::size_t{8} << 20;
-    for (int i = 0; i < 3; ++i) { // malloc learns what is worth keeping
-        void* const memory = runtime::allocate(size);
-        REQUIRE(memory);
-        std::memset(memory, 1, size);
-        runtime::give_back(memory);
-    }
-    void* const memory = runtime::allocate(size);
-    const auto page = static_cast<std::size_t>(sysconf(_SC_PAGESIZE));
-    const auto begin = (reinterpret_cast<std::uintptr_t>(memory) + page - 1) / page * page;
-    std::vector<unsigned char> there(size / page - 1);
-    REQUIRE(mincore(reinterpret_cast<void*>(begin), there.size() * page, there.data()) == 0);
-    CHECK(std::ranges::count(there, 1) >= static_cast<std::ptrdiff_t>(there.size() * 9 / 10));
-    runtime::give_back(memory);
-}
 #endif
 
 TEST_CASE("runtime: a device answers to its kind, its index and a part of its name", "[runtime]") {

@@ -185,30 +185,6 @@ TEST_CASE("ssao in blocks: thin bars and low steps keep all pixels", "[ssao][blo
     }
 }
 
-// But for normals that are given.
-TEST_CASE("ssao in blocks: long rays have half resolution beside thin bars and low steps", "[ssao][blocks]") {
-    const Camera camera = perspective_camera();
-    constexpr double radius = 4.2; // 210 pixels and more
-    for (const auto& [what, more] : {std::pair{"bars", thin_bars()}, {"a step", low_step()}}) {
-        const auto values = wall_with(more);
-        const StoredDepth stored = stored_of(values, camera);
-        const Image given = normals(stored);
-        for (const Quality quality : qualities) {
-            const auto like_half = [&](bool has_normals) {
-                SsaoCall blocks = options_of(radius, quality), few = half(quality, radius);
-                for (SsaoCall* call : {&blocks, &few}) {
-                    if (has_normals)
-                        call->normals = given;
-                }
-                return same_bits(visibility_of(stored, blocks), visibility_of(stored, few));
-            };
-            INFO(what << ", " << quality_names[static_cast<int>(quality)]);
-            CHECK(like_half(false));
-            CHECK(like_half(true) == (quality == Quality::fast));
-        }
-    }
-}
-
 TEST_CASE("ssao in blocks: numbers of slices, samples, growth and jitter keep all pixels", "[ssao][blocks]") {
     const Camera camera = perspective_camera();
     const std::vector<float> values = yard(camera);
@@ -244,59 +220,5 @@ TEST_CASE("ssao: samples grow with the radius beyond 48 pixels, to as many as is
         CHECK(same_bits(with(few, 10, 4), with(few, 10, 1)));
         CHECK(same_bits(with(many, 10, 1.5), with(many, 15, 1)));
         CHECK(!same_bits(with(many, 10, 4), with(many, 15, 1))); // 19, the root of 181 / 48 times as many
-    }
-}
-
-// Largest root of the mean square of what a frame changes where blocks change their resolution.
-TEST_CASE("ssao in blocks: a camera that moves sees no block pop", "[ssao][blocks]") {
-    const Camera camera = perspective_camera();
-    constexpr double bars[] = {0.044, 0.0167, 0.0135}; // the qualities' own errors in the scene that each is worst in
-    for (const Quality quality : qualities) {
-        std::vector<float> last, last_whole;
-        double worst = 0;
-        long changed_blocks = 0;
-        std::vector<bool> last_half;
-        for (int frame = 0; frame < 24; ++frame) {
-            const std::vector<float> values = yard(camera, 0.05 * frame);
-            const StoredDepth stored = stored_of(values, camera);
-            const auto got = visibility_of(stored, options_of(yard_radius(quality), quality));
-            const auto all = visibility_of(stored, whole(quality, yard_radius(quality)));
-            std::vector<bool> is_half;
-            double frame_worst = 0;
-            for (int top = 0; top < height; top += block)
-                for (int left = 0; left < width; left += block) {
-                    const int x = std::min(left + block / 2, width - 1), y = std::min(top + block / 2, height - 1);
-                    long differ = 0;
-                    double square = 0;
-                    int count = 0;
-                    for (int dy = -8; dy < 8 && y + dy < height; ++dy)
-                        for (int dx = -8; dx < 8 && x + dx < width; ++dx) {
-                            const std::size_t i = index(x + dx, y + dy);
-                            differ += !same_bits(got[i], all[i]);
-                            if (last.empty())
-                                continue;
-                            // Beyond what moves in the whole image.
-                            const double change = static_cast<double>(got[i]) - static_cast<double>(last[i]) -
-                                                  (static_cast<double>(all[i]) - static_cast<double>(last_whole[i]));
-                            square += change * change;
-                            ++count;
-                        }
-                    is_half.push_back(differ > 0);
-                    if (count > 0)
-                        frame_worst = std::max(frame_worst, std::sqrt(square / count));
-                }
-            for (std::size_t i = 0; i < last_half.size(); ++i)
-                changed_blocks += is_half[i] != last_half[i];
-            worst = std::max(worst, frame_worst);
-            last = got;
-            last_whole = all;
-            last_half = is_half;
-        }
-        std::printf(
-            "ssao in blocks, %s: 24 frames, %ld changes of a block, which change its middle by at most %.4f rms\n",
-            quality_names[static_cast<int>(quality)], changed_blocks, worst);
-        INFO(quality_names[static_cast<int>(quality)]);
-        CHECK(changed_blocks > 0);
-        CHECK(worst <= bars[static_cast<int>(quality)]);
     }
 }

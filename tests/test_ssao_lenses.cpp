@@ -30,10 +30,6 @@ namespace {
 constexpr double over_pinholes = 0.002;
 // The same of pixels at creases alone, relative.
 constexpr double at_creases = 1.02;
-// Between a panorama and the same one turned.
-constexpr double turning = 0.01;
-// Between a lens and a map of its rays, whose faces lie elsewhere by parts of a pixel.
-constexpr double mapping = 0.002;
 // From a pixel to the next across the border of two blocks, and beside it, on smooth surfaces where the turned panorama has less than
 // `no_step`.
 constexpr double step_at_border = 0.01, no_step = 0.002;
@@ -329,38 +325,6 @@ TEST_CASE("ssao lenses: creases of a panorama are as exact as those that pinhole
     }
 }
 
-TEST_CASE("ssao lenses: turning a panorama changes little", "[ssao][lens]") {
-    const Device device = test_device();
-    const Camera camera = panorama(1024);
-    const int columns = 37;
-    for (const char* name : {"room", "corridor"}) {
-        const scene::Scene scene = scene::named(name);
-        const Eigen::Matrix3d turn =
-            Eigen::AngleAxisd(-2 * std::numbers::pi * columns / camera.width, Vector3d::UnitY()).toRotationMatrix();
-        const Seen straight = seen_by(scene, camera), turned = seen_by(scene, camera, turn);
-        for (const double radius : {0.4, 1.5}) {
-            const auto visible = [&](const Seen& seen) {
-                return images::floats(ssao(depth_of(device, camera, seen.depth), radius,
-                                           {.sampling = Sampling{.quality = Quality::accurate}})
-                                          .visibility);
-            };
-            const std::vector<float> one = visible(straight), other = visible(turned);
-            Mean mean;
-            for (int y = 0; y < camera.height; ++y)
-                for (int x = 0; x < camera.width; ++x) {
-                    const auto here = static_cast<std::size_t>(y * camera.width + (x + columns) % camera.width),
-                               there = static_cast<std::size_t>(y * camera.width + x);
-                    if (std::abs(straight.depth[here] - turned.depth[there]) < 1e-4f)
-                        mean.add(static_cast<double>(one[here]) - static_cast<double>(other[there]),
-                                 std::sin((y + 0.5) / camera.height * std::numbers::pi));
-                }
-            std::printf("panorama of %-8s radius %.1f, turned by %d columns: %.4f rms\n", name, radius, columns,
-                        mean.root());
-            CHECK(mean.root() <= turning);
-        }
-    }
-}
-
 namespace {
 
 // Which block of the lens's image each pixel lies in.
@@ -443,103 +407,6 @@ TEST_CASE("ssao lenses: no step shows where two blocks meet", "[ssao][lens]") {
     }
 }
 
-TEST_CASE("ssao lenses: a part of a face holds the spheres around its pixels, and its blocks hold the pixels",
-          "[ssao][lens]") {
-    constexpr int block = 64, apart_px = 5, beside = 10; // pixels: as far as blocks pass over into each other
-    constexpr double outermost = 75 * std::numbers::pi / 180;
-    for (const auto& [name, camera] : lens_subjects()) {
-        const lens::CameraLens lens(camera);
-        const std::vector<PixelRay> rays = all_rays(camera);
-        const auto sine_at = [](int x, int y) {
-            return 0.02 + 0.4 * ((7 * x + 13 * y) % 97) / 97 * ((x / 50 + y / 50) % 3) / 2;
-        };
-        long outside = 0, not_needed = 0, all = 0;
-        for (const lens::Face& face : lens::faces_of(lens, camera.width, camera.height, false)) {
-            const std::vector<lens::FaceTile> tiles = lens::tiles_of(lens, face);
-            std::vector<double> sines;
-            for (const lens::FaceTile& tile : tiles) {
-                double most = 0;
-                for (int y = 16 * tile.row; y < 16 * tile.row + 16; ++y)
-                    for (int x = 16 * tile.column; x < 16 * tile.column + 16; ++x)
-                        most = std::max(most, sine_at(x, y));
-                sines.push_back(most);
-            }
-            const lens::PixelBox part = lens::with_margin(face, tiles, sines);
-            const lens::FaceBlocks blocks = lens::blocks_of(face, tiles, block);
-            for (int y = face.block.top; y < face.block.bottom; y += apart_px)
-                for (int x = face.block.left; x < face.block.right; x += apart_px) {
-                    const PixelRay& ray = rays[static_cast<std::size_t>(y * camera.width + x)];
-                    if (!ray || !((face.turn * *ray).z() > 0.1))
-                        continue;
-                    const auto place = [&](const Vector3d& direction) {
-                        const Vector3d on = face.turn * direction;
-                        return Eigen::Vector2d(face.half + face.focal * on.x() / on.z(),
-                                               face.half + face.focal * on.y() / on.z());
-                    };
-                    const Eigen::Vector2d itself = place(*ray);
-                    for (const int j : {-beside, beside})
-                        for (const int i : {-beside, beside}) {
-                            const int column = static_cast<int>(itself.x() + i) / block,
-                                      row = static_cast<int>(itself.y() + j) / block;
-                            not_needed += column < 0 || row < 0 || column >= blocks.columns || row >= blocks.columns ||
-                                          !blocks.needed[static_cast<std::size_t>(row * blocks.columns + column)];
-                        }
-                    const Vector3d right = ray->unitOrthogonal(), down = ray->cross(right);
-                    const double sine = sine_at(x, y);
-                    for (int i = 0; i < 16; ++i) {
-                        const double angle = i * std::numbers::pi / 8;
-                        const Vector3d beyond = std::sqrt(1 - sine * sine) * *ray +
-                                                sine * (std::cos(angle) * right + std::sin(angle) * down);
-                        const Vector3d on = face.turn * beyond;
-                        if (!(on.z() > 0) ||
-                            std::max(std::abs(on.x()), std::abs(on.y())) > std::tan(outermost) * on.z())
-                            continue;
-                        const Eigen::Vector2d there = place(beyond);
-                        outside += there.x() < part.left || there.y() < part.top || there.x() > part.right ||
-                                   there.y() > part.bottom;
-                        ++all;
-                    }
-                }
-        }
-        INFO(name);
-        CHECK(all > 1000);
-        CHECK(outside == 0);
-        CHECK(not_needed == 0);
-    }
-}
-
-TEST_CASE("ssao lenses: a map of rays does what the lens does that it was made of", "[ssao][lens]") {
-    const Device device = test_device();
-    for (const auto& [name, camera] : lens_subjects()) {
-        if (name != "brown, k1 = -0.35" && name != "OpenCV's fisheye")
-            continue;
-        const RayMap map = mapped_rays(camera);
-        Camera mapped = camera;
-        mapped.lens = lens_of_rays(map);
-        const Seen seen = seen_by(scene::room(), camera);
-        const auto visible = [&](const Camera& which) {
-            return images::floats(
-                ssao(depth_of(device, which, seen.depth), 0.4, {.sampling = Sampling{.quality = Quality::accurate}})
-                    .visibility);
-        };
-        const std::vector<float> one = visible(camera), other = visible(mapped);
-        Mean mean;
-        long wrong = 0;
-        for (std::size_t i = 0; i < one.size(); ++i) {
-            wrong += std::isnan(one[i]) != std::isnan(other[i]);
-            if (!std::isnan(one[i]) && !std::isnan(other[i]))
-                mean.add(static_cast<double>(one[i]) - static_cast<double>(other[i]), 1);
-        }
-        std::printf("map of the rays of %s: %.5f rms\n", name.c_str(), mean.root());
-        CHECK(wrong == 0);
-        CHECK(mean.root() <= mapping);
-        Camera read_again = camera;
-        read_again.lens = lens_of_rays(map);
-        const StoredDepth back = depth_of(device, read_again, seen.depth);
-        CHECK_NOTHROW(images::floats(ssao(depth_of(device, mapped, seen.depth), 0.4, {.thickness = back}).visibility));
-    }
-}
-
 namespace {
 
 // What all options of a call give, of a room.
@@ -606,41 +473,6 @@ TEST_CASE("ssao lenses: every vector width, group and region has the same bits",
                         found[i][static_cast<std::size_t>(y * 101 + x) * channels + c],
                         whole[i][static_cast<std::size_t>((y + 21) * room.camera.width + x + 37) * channels + c]);
         CHECK(different == 0);
-    }
-}
-
-// Where rays turn fast, at folds and at the rims of fisheyes, and in the corners of rooms.
-TEST_CASE("ssao lenses: every vector width has the same bits where rays end", "[ssao][lens]") {
-    const struct {
-        LensModel model;
-        int width, height;
-    } cases[] = {
-        {{LensLaw::brown, 144, 144, 160, 90, {-0.35, 0.13, 1e-3, -5e-4}}, 320, 180},
-        {{LensLaw::brown, 200, 200, 160.5, 120.5, {-0.3, 0.1, 1e-3, -5e-4, -0.02}}, 321, 241},
-        {{LensLaw::double_sphere, 80, 80, 160, 90, {-0.2, 0.6}}, 320, 180},
-        {{LensLaw::equisolid, 39.5, 39.5, 80, 80}, 160, 160},
-        {{LensLaw::equisolid, 74, 74, 150, 150}, 300, 300},
-        {{LensLaw::equisolid, 16, 16, 32, 32}, 64, 64},
-        {{LensLaw::equirectangular, 24 / std::numbers::pi, 24 / std::numbers::pi, 24, 12}, 48, 24},
-        {{LensLaw::equirectangular, 40 / std::numbers::pi, 40 / std::numbers::pi, 40, 20}, 80, 40},
-    };
-    const SsaoOptions options{.bent_normal = true, .confidence = true};
-    for (const auto& [model, width, height] : cases) {
-        CAPTURE(model.fx, width);
-        Camera camera = panorama(width);
-        camera.width = width;
-        camera.height = height;
-        camera.lens = model;
-        const std::vector<float> depth = seen_by(scene::room(), camera).depth;
-        const auto results = [&](int vector_width) {
-            return results_of(ssao(depth_of(test_device({.vector_width = vector_width}), camera, depth), 0.5, options));
-        };
-        const auto expected = results(16);
-        for (const int vector_width : {1, 4, 8, 16, 16}) {
-            const auto found = results(vector_width);
-            for (std::size_t i = 0; i < found.size(); ++i)
-                CHECK(images::same_bits(found[i], expected[i]));
-        }
     }
 }
 

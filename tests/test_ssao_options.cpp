@@ -116,7 +116,6 @@ double angle_deg(const Vector3d& a, const Vector3d& b) {
     return std::atan2(a.cross(b).norm(), a.dot(b)) / degree;
 }
 
-constexpr double bent_plane_deg[] = {2.1, 1.7, 0.15}; // fast, balanced, accurate: measured 1.94, 1.56, 0.142
 // Where rays say how far it bends: measured 0.92 and 8.4, at the rim of a bowl, for balanced; 0.46 and 2.3 for accurate.
 constexpr double bent_mean_deg[] = {1, 1, 0.5}, bent_worst_deg[] = {9, 9, 2.5};
 
@@ -151,10 +150,6 @@ struct FalloffWay {
 constexpr FalloffWay falloff_ways[] = {{"balanced", Quality::balanced, 0, 0.0112},
                                        {"accurate", Quality::accurate, 0, 0.0088},
                                        {"32 slices, no jitter", Quality::accurate, 32, 0.0349}};
-
-// A sphere blocks nothing of its own sky. Measured, with its normals and with those of its depth, at pixels of the rim that
-// see it edge-on.
-constexpr double sphere_worst[] = {0.0001, 0.1075}, sphere_mean[] = {0.0001, 0.0001};
 
 // How far the mean may move: the jitter of 19481 pixels with one slice each averages out to this. Measured 0.0012.
 constexpr double seed_mean = 0.002;
@@ -211,36 +206,6 @@ TEST_CASE("ssao: every output marks invalid pixels", "[ssao]") {
             const Occlusion alone = ssao(room.stored, options);
             CHECK(same_bits(floats(alone.visibility), visibility));
             CHECK(!alone.confidence);
-        }
-    }
-}
-
-TEST_CASE("ssao: the bent normal of an open plane is its normal", "[ssao]") {
-    std::printf("bent normals of open planes, largest angle to the normal\n");
-    for (const double tilt : {0.0, 30.0, 60.0, 75.0}) {
-        const auto plane = oracle::open_plane(tilt * degree, 0.7);
-        for (const auto& [name, camera] : oracle::views({.width = width, .height = height})) {
-            const Seen seen(plane.scene, camera);
-            for (const Quality quality : qualities) {
-                SsaoCall options = options_of(1, quality);
-                options.bent_normal = true;
-                const auto bent = floats(ssao(seen.stored, options).bent_normal);
-                double worst = 0;
-                for (int y = 3; y < height - 3; ++y)
-                    for (int x = 3; x < width - 3; ++x) {
-                        const std::size_t i = index(x, y);
-                        bool inside = true; // on the plane with all that is averaged over
-                        for (int dy = -3; dy <= 3; ++dy)
-                            for (int dx = -3; dx <= 3; ++dx)
-                                inside &= std::isfinite(seen.image.z[index(x + dx, y + dy)]);
-                        if (inside)
-                            worst = std::max(worst, angle_deg(vector_at(bent, i), seen.image.normal[i]));
-                    }
-                std::printf("  tilt %2.0f, %-18s quality %d: %.2f degrees\n", tilt, name.c_str(),
-                            static_cast<int>(quality), worst);
-                INFO(name << ", tilt " << tilt << ", quality " << static_cast<int>(quality));
-                CHECK(worst <= bent_plane_deg[static_cast<int>(quality)]);
-            }
         }
     }
 }
@@ -494,27 +459,6 @@ TEST_CASE("ssao: a clamped border is the image with its border repeated", "[ssao
             CHECK(change.worst > 0.03);
             CHECK(change.bias < 0);
         }
-    }
-}
-
-TEST_CASE("ssao: a lone sphere is open", "[ssao]") {
-    const auto sphere = scene::Scene{scene::Sphere{{0, 0, 0}, 2}};
-    std::printf("ssao of a lone sphere: with its normals | without\n");
-    for (const auto& [name, camera] : oracle::views({.width = width, .height = height})) {
-        const Seen seen(sphere, camera);
-        const Normals normals(seen.image.normal, camera);
-        std::printf("  %-18s", name.c_str());
-        for (const bool given : {true, false}) {
-            SsaoCall options = options_of(1);
-            if (given)
-                options.normals = normals.image;
-            const Difference off = difference(seen.visibility(options), std::vector<float>(seen.image.z.size(), 1));
-            std::printf("  | mean %.4f, worst %.4f", -off.bias, off.worst);
-            INFO(name << (given ? ", given normals" : ", normals from depth"));
-            CHECK(off.worst <= sphere_worst[given ? 0 : 1]);
-            CHECK(-off.bias <= sphere_mean[given ? 0 : 1]);
-        }
-        std::printf("\n");
     }
 }
 

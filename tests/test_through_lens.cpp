@@ -171,42 +171,6 @@ TEST_CASE("unproject: whatever depth through a lens counts along, positions are 
     }
 }
 
-TEST_CASE("unproject: a pixel of a map of rays has its position, whatever its neighbours have", "[lens][unproject]") {
-    const Device device = test_device();
-    const Camera fisheye = lens_subjects().at(4).camera;
-    const std::vector<std::function<bool(int, int)>> kinds{
-        [](int, int y) { return y == 70; }, [](int x, int) { return x == 90; },
-        [](int x, int y) { return (x + y) % 2 == 0; }, [](int x, int y) { return x % 5 == 0 && y % 5 == 0; }};
-    for (const auto& is_kept : kinds) {
-        std::vector<float> depth;
-        for (int i = 0; i < fisheye.width * fisheye.height; ++i)
-            depth.push_back(1 + 0.001f * static_cast<float>(31 * i % 4321));
-        Camera mapped = fisheye;
-        mapped.lens = lens_of_rays(mapped_rays(fisheye, is_kept));
-        const StoredDepth stored{Image::from_host(device, Element::f32, depth.data(), {mapped.width, mapped.height}),
-                                 mapped};
-        const std::vector<float> at = images::floats(unproject(stored)), z = images::floats(linearize(stored).image);
-        const LensRays its = rays_of(mapped);
-        long wrong = 0, with = 0;
-        double off = 0;
-        for (std::size_t i = 0; i < its.size(); ++i) {
-            const Eigen::Vector3d got(at[3 * i], at[3 * i + 1], at[3 * i + 2]);
-            if (!its[i]) {
-                wrong += !std::isnan(got.x()) || !std::isnan(z[i]);
-                continue;
-            }
-            ++with;
-            const double distance = depth[i];
-            wrong += std::isnan(got.x()) || std::isnan(z[i]);
-            off = std::max({off, (got - distance * *its[i]).norm() / distance,
-                            std::abs(static_cast<double>(z[i]) - distance * its[i]->z()) / distance});
-        }
-        CHECK(with > 200);
-        CHECK(wrong == 0);
-        CHECK(off <= unproject_relative_error);
-    }
-}
-
 TEST_CASE("linearize: through a lens the background and unmeasured pixels stay what they are", "[lens][linearize]") {
     Camera camera = lens_subjects().at(11).camera;
     camera.width = 64;

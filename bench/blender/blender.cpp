@@ -240,7 +240,7 @@ int main(int argc, char** argv) {
     const auto& [effort, width, height, csv] = asked;
     try {
         const Device device = Device::open("cpu");
-        Baselines kernels(device, false);
+        Baselines kernels(device);
         const std::vector<Method> all = methods(kernels);
         const Blender blender(program);
         const int error_width = std::min(width, error_size.first), error_height = error_width * height / width;

@@ -24,19 +24,6 @@ int builds(const Device& device) {
     return layer::calls("clBuildProgram");
 }
 
-double median(std::vector<double> values) {
-    std::ranges::sort(values);
-    return values[values.size() / 2];
-}
-
-constexpr int processes = 3;
-
-/// The threads of the first call may work this many times as long as those of later ones. The driver's threads often begin on
-/// one core after a pause, so that a call of a few milliseconds takes up to twice as long on the wall, first or not.
-constexpr double prepared = 1.2;
-/// Waiting would show on the wall.
-constexpr double prepared_wall = 5;
-
 } // namespace
 
 TEST_CASE("builds: a second device of the same device builds nothing", "[builds]") {
@@ -105,43 +92,4 @@ TEST_CASE("builds: eight threads that ask for the same kernels at once build eac
     for (std::thread& thread : threads)
         thread.join();
     CHECK(layer::calls("clBuildProgram") == once);
-}
-
-TEST_CASE("builds: after prepare the first call is as fast as the second", "[builds][prepare]") {
-    struct Ratios {
-        std::vector<double> wall, threads;
-    };
-    std::map<std::string, Ratios> ratios;
-    for (int i = 0; i < processes; ++i) {
-        const std::filesystem::path cache = std::filesystem::temp_directory_path() /
-                                            ("fathom-prepare-" + std::to_string(getpid()) + "-" + std::to_string(i));
-        std::filesystem::remove_all(cache);
-        std::filesystem::create_directory(cache);
-        const std::string command = "env -u OPENCL_LAYERS POCL_CACHE_DIR=" + cache.string() + " " FATHOM_FIRST_CALL;
-        FILE* const output = popen(command.c_str(), "r");
-        REQUIRE(output != nullptr);
-        std::string printed;
-        for (int c = std::fgetc(output); c != EOF; c = std::fgetc(output))
-            printed += static_cast<char>(c);
-        const int status = pclose(output);
-        std::filesystem::remove_all(cache);
-        INFO(printed);
-        REQUIRE(status == 0);
-        std::istringstream lines(printed);
-        std::string name;
-        for (double wall = 0, threads = 0, later_wall = 0, later_threads = 0;
-             lines >> name >> wall >> threads >> later_wall >> later_threads;) {
-            ratios[name].wall.push_back(wall / later_wall);
-            ratios[name].threads.push_back(threads / later_threads);
-        }
-    }
-    CHECK(ratios.size() == 7);
-    for (const auto& [name, all] : ratios) {
-        const double wall = median(all.wall), threads = median(all.threads);
-        std::printf("  %-12s the first call works %.2f and takes %.2f times as long as later ones\n", name.c_str(),
-                    threads, wall);
-        INFO(name);
-        CHECK(threads <= prepared);
-        CHECK(wall <= prepared_wall);
-    }
 }

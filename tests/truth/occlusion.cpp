@@ -197,14 +197,6 @@ struct Line {
     Vector2d direction_at(double k) const { return direction + k * direction_step; }
 };
 
-/// What a tap sees: a column, or nothing. Its inverse depth is 1/w, or w for an orthographic camera: affine in k along
-/// a plane.
-struct Tap {
-    double k = 0;
-    std::optional<Column> column;
-    double inverse_depth = nan;
-};
-
 /// `step_of` turns a unit vector on the screen into the step from tap to tap.
 template <typename StepOf>
 Line line_of(const Sight& sight, const Vector2d& pixel, const Vector3d& position, const Vector3d& tangent,
@@ -235,98 +227,17 @@ bool within_reach(const Line& line, double k, bool is_orthographic, double radiu
 /// What a line of taps needs to know of its slice.
 struct Slice {
     Line line;
-    Vector3d tangent, to_camera;
     Vector2d normal; ///< first along the tangent
-    bool is_orthographic;
-
-    /// Change of inverse depth from tap to tap along the surface's own plane.
-    double slope() const {
-        return is_orthographic ? -normal.dot(line.origin_step) / normal.dot(line.direction)
-                               : -normal.dot(line.direction_step) / normal.dot(line.origin);
-    }
-
-    /// Change of inverse depth that moves a tap along its ray by as much as the next tap is aside.
-    double footprint(const Tap& tap) const {
-        const Vector2d& aside = is_orthographic ? line.origin_step : line.direction_step;
-        return aside.norm() / line.direction_at(tap.k).norm() * (is_orthographic ? 1 : tap.inverse_depth);
-    }
-};
-
-void put(const Tap& tap, Side& side) {
-    if (tap.column) {
-        side.add(*tap.column);
-    } else {
-        side.skip();
-    }
-}
-
-/// Where no plane explains what two taps see, more taps halve the gap, so that edges have their place to a small share
-/// of the step.
-template <typename See>
-class Edges {
-public:
-    static constexpr int halvings_of_azimuth = 8;
-
-    Edges(const Slice& slice, const See& see, double inverse_depth) : slice_(slice), see_(see), slope_(slice.slope()) {
-        before_.inverse_depth = inverse_depth;
-    }
-
-    /// Adds the taps between the last one and this one to the side, if there is an edge, and this one.
-    void add(const Tap& tap, Side& side) {
-        const double change = tap.inverse_depth - before_.inverse_depth;
-        const double footprint = slice_.footprint(tap);
-        if (std::abs(change - slope_) <= 0.1 * std::max(std::abs(change), footprint)) {
-            slope_ = change;
-        } else {
-            slope_ = halve(before_, tap, side, halvings);
-        }
-        put(tap, side);
-        before_ = tap;
-    }
-
-private:
-    static constexpr int halvings = 10;
-
-    /// Adds taps between two. Returns the slope where they end, per step.
-    double halve(const Tap& low, const Tap& high, Side& side, int times) {
-        const Tap middle = see_(slice_, 0.5 * (low.k + high.k));
-        const double span = high.k - low.k;
-        const double bend = middle.inverse_depth - 0.5 * (low.inverse_depth + high.inverse_depth);
-        const bool all_open = !middle.column && !low.column && !high.column;
-        if (times > 0 && !all_open && !(std::abs(bend) <= 0.02 * span * slice_.footprint(middle))) {
-            halve(low, middle, side, times - 1);
-            put(middle, side);
-            return halve(middle, high, side, times - 1);
-        }
-        put(middle, side);
-        return (high.inverse_depth - middle.inverse_depth) / (0.5 * span);
-    }
-
-    const Slice& slice_;
-    const See& see_;
-    double slope_;
-    Tap before_;
-};
-
-/// Takes taps as they are.
-struct Plain {
-    static constexpr int halvings_of_azimuth = 0;
-
-    template <typename... Any>
-    explicit Plain(const Any&...) {}
-
-    void add(const Tap& tap, Side& side) const { put(tap, side); }
 };
 
 /// The point whose visibility is asked, on its camera.
 struct Centre {
     Vector2d pixel, size; ///< of the point, of the image
     Vector3d position, normal;
-    double inverse_depth;
 };
 
-/// Sums all sides of all slices. `see(slice, k)` is what a tap sees; `Taps` hands taps on to a side.
-template <typename Taps, typename StepOf, typename See>
+/// Sums all sides of all slices. `see(slice, k)` is what a tap sees: a column, or nothing.
+template <typename StepOf, typename See>
 double visibility_of(const Sight& sight, const Centre& centre, const ScreenOptions& options, const StepOf& step_of,
                      const See& see) {
     const Vector2d &pixel = centre.pixel, &size = centre.size;
@@ -337,12 +248,8 @@ double visibility_of(const Sight& sight, const Centre& centre, const ScreenOptio
     const auto blocked_and_whole = [&](double azimuth) -> Vector2d {
         const Vector3d tangent = std::cos(azimuth) * right + std::sin(azimuth) * up;
         const Slice slice{line_of(sight, pixel, position, tangent, to_camera, step_of),
-                          tangent,
-                          to_camera,
-                          {normal.dot(tangent), normal.dot(to_camera)},
-                          sight.is_orthographic};
+                          {normal.dot(tangent), normal.dot(to_camera)}};
         Side side(slice.normal, options, scratch);
-        Taps taps(slice, see, centre.inverse_depth);
         // The first tap out of reach still ends the line from the last one within.
         bool reached = true;
         for (int k = 1; reached; ++k) {
@@ -350,11 +257,14 @@ double visibility_of(const Sight& sight, const Centre& centre, const ScreenOptio
             if (!(place.x() >= 0 && place.x() <= size.x() && place.y() >= 0 && place.y() <= size.y()))
                 break;
             reached = within_reach(slice.line, k, sight.is_orthographic, options.radius);
-            taps.add(see(slice, k), side);
+            if (const std::optional<Column> column = see(slice, k))
+                side.add(*column);
+            else
+                side.skip();
         }
         return {side.blocked(), side.whole()};
     };
-    const Vector2d sums = turn(blocked_and_whole, 2 * options.slices, Taps::halvings_of_azimuth);
+    const Vector2d sums = turn(blocked_and_whole, 2 * options.slices, 0);
     return 1 - sums.x() / sums.y();
 }
 
@@ -389,43 +299,6 @@ Sight::Sight(const Camera& camera) {
         direction_y.setZero();
     }
     ahead = camera.projection.convention.view_axes == fathom::ViewAxes::opengl ? -1 : 1;
-}
-
-double screen_visibility(const Caster& caster, int x, int y, const ScreenOptions& options,
-                         const std::optional<Vector3d>& normal) {
-    const Vector2d pixel(x + 0.5, y + 0.5);
-    const auto own = caster.at(pixel.x(), pixel.y());
-    if (!own)
-        return 1;
-    const Sight sight(caster.camera());
-    const auto inverse_depth_at = [&](const Vector3d& position, const Vector2d& place) {
-        const Vector3d ray = sight.direction_at(place.x(), place.y());
-        const double w = (position - sight.origin_at(place.x(), place.y())).dot(ray) / ray.squaredNorm();
-        return sight.is_orthographic ? w : 1 / w;
-    };
-    const Centre centre{pixel, Vector2d(caster.camera().width, caster.camera().height), own->position,
-                        normal.value_or(own->normal), inverse_depth_at(own->position, pixel)};
-    const auto see = [&](const Slice& slice, double k) {
-        const Vector2d place = slice.line.place_at(k);
-        const auto seen = caster.at(place.x(), place.y());
-        if (!seen)
-            return Tap{k, std::nullopt, nan};
-        const Vector3d away = seen->position - own->position;
-        const double rate = sight.ahead * sight.direction_at(place.x(), place.y()).normalized().z();
-        return Tap{k,
-                   Column{{away.dot(slice.tangent), away.dot(slice.to_camera)},
-                          slice.line.direction_at(k).normalized(),
-                          seen->z,
-                          rate},
-                   inverse_depth_at(seen->position, place)};
-    };
-    return visibility_of<Edges<decltype(see)>>(
-        sight, centre, options, [&](const Vector2d& along) -> Vector2d { return options.step_px * along; }, see);
-}
-
-double screen_visibility(const Scene& scene, const Camera& camera, int x, int y, const ScreenOptions& options,
-                         const std::optional<Vector3d>& normal) {
-    return screen_visibility(Caster(scene, camera), x, y, options, normal);
 }
 
 DepthLayer::DepthLayer(const Camera& camera, std::span<const double> z)
@@ -495,21 +368,21 @@ double screen_visibility(const DepthLayer& layer, int x, int y, const Vector3d& 
         const int across = by_column ? x + (line.step.x() > 0 ? k : -k) : y + (line.step.y() > 0 ? k : -k);
         const double inverse_depth =
             by_column ? layer.between_rows(across, place.y()) : layer.between_columns(across, place.x());
-        Tap tap{static_cast<double>(k), std::nullopt, inverse_depth};
+        std::optional<Column> column;
         if (std::isfinite(inverse_depth)) {
             const double w = from_inverse_depth(inverse_depth);
             const Vector2d direction = line.direction_at(k);
-            tap.column = {line.origin_at(k) + w * direction, direction.normalized(), 0, 0};
+            column = {line.origin_at(k) + w * direction, direction.normalized(), 0, 0};
             if (std::isfinite(options.thickness)) {
                 const Vector3d ray = sight.direction_at(place.x(), place.y());
-                tap.column->depth = sight.ahead * (sight.origin_at(place.x(), place.y()) + w * ray).z();
-                tap.column->depth_rate = sight.ahead * ray.normalized().z();
+                column->depth = sight.ahead * (sight.origin_at(place.x(), place.y()) + w * ray).z();
+                column->depth_rate = sight.ahead * ray.normalized().z();
             }
         }
-        return tap;
+        return column;
     };
-    return visibility_of<Plain>(
-        sight, {pixel, Vector2d(layer.width(), layer.height()), position, normal, own}, options,
+    return visibility_of(
+        sight, {pixel, Vector2d(layer.width(), layer.height()), position, normal}, options,
         [](const Vector2d& along) -> Vector2d { return along / along.cwiseAbs().maxCoeff(); }, see);
 }
 

@@ -26,10 +26,6 @@ inline constexpr double infinite = std::numeric_limits<double>::infinity();
 /// Largest error of `visibility` with its own counts in the scenes whose visibility is known.
 inline constexpr double visibility_error = 5e-5;
 
-/// Largest difference between `visibility` and `screen_visibility` of height fields, for points whose sphere the image
-/// shows whole. `visibility_error` is a part of it.
-inline constexpr double screen_error = 2e-4;
-
 /// Cosine-weighted visibility of a point of the scene: rays of length `radius` over the hemisphere of `normal`, both in
 /// world space. On each azimuth the changes between open and blocked are bracketed by `samples` polar angles and
 /// bisected; where the result jumps from one azimuth to the next, more of them find the edge. So only what is narrower
@@ -42,28 +38,8 @@ double visibility(const fathom::scene::Scene& scene, const Eigen::Vector3d& posi
 struct ScreenOptions {
     double radius = infinite;    ///< length of the rays from the point, scene units
     double thickness = infinite; ///< what is solid behind each tap, along the tap's own ray, scene units
-    int slices = 256;            ///< over half a turn; each has two sides. A scene gets more where the result jumps
-    double step_px = 0.5;        ///< between taps; a depth image is stepped from one row or column to the next instead
+    int slices = 256;            ///< over half a turn; each has two sides
 };
-
-/// Visibility as one layer of depth shows it, by brute force.
-/// Each tap on a slice's line that sees a surface is a solid column from there on: along the tap's ray, `thickness`
-/// long, cut to the sphere of `radius` around the point. It blocks the angles it spans. Where the columns of two
-/// neighbouring taps share a range of depth (always, if infinite) so do the straight lines, cut likewise, between their
-/// fronts and between their ends.
-/// Where a plane does not explain what two neighbouring taps see, more taps find the edge to 1/1000 of a step; what lies
-/// between two taps that see the same plane is missed.
-/// What lies outside the image, or before the near plane, is open. 1 where the pixel sees nothing.
-/// The normal is the surface's own, or the one given: view space, the projection's own axes.
-/// Accuracy: screen_error. Walls that are seen edge-on at their very rim (a hemisphere from straight above) have ten
-/// times that; so have things with corners under a finite thickness, in proportion to the step.
-double screen_visibility(const fathom::scene::Caster& caster, int x, int y, const ScreenOptions& options = {},
-                         const std::optional<Eigen::Vector3d>& normal = std::nullopt);
-
-/// The same for one pixel of a camera.
-double screen_visibility(const fathom::scene::Scene& scene, const fathom::Camera& camera, int x, int y,
-                         const ScreenOptions& options = {},
-                         const std::optional<Eigen::Vector3d>& normal = std::nullopt);
 
 /// A depth image between whose pixels a line can be followed.
 /// Along a row or column, what is affine on the screen for planes (1/z from the camera centre, z of an orthographic
@@ -111,9 +87,13 @@ private:
     std::vector<double> inverse_depth_;
 };
 
-/// As above, of a depth image, with the pixel's normal: view space, the projection's own axes. Taps lie in the middle of
-/// rows or columns, one pixel apart, so an edge has its place to a pixel only.
-/// 1 where the depth is infinite; NaN where it is not a number.
+/// Visibility as one layer of depth shows it, by brute force, with the pixel's normal: view space, the projection's own axes.
+/// Each tap on a slice's line that sees a surface is a solid column from there on: along the tap's ray, `thickness`
+/// long, cut to the sphere of `radius` around the point. It blocks the angles it spans. Where the columns of two
+/// neighbouring taps share a range of depth (always, if infinite) so do the straight lines, cut likewise, between their
+/// fronts and between their ends.
+/// Taps lie in the middle of rows or columns, one pixel apart, so an edge has its place to a pixel only. What lies outside the
+/// image is open. 1 where the depth is infinite; NaN where it is not a number.
 double screen_visibility(const DepthLayer& layer, int x, int y, const Eigen::Vector3d& normal,
                          const ScreenOptions& options = {});
 

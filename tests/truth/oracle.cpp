@@ -161,18 +161,17 @@ Truth::Truth(const Subject& subject, Storage storage)
         set_matrix(subject.matrix);
     if (camera_.encoding != Encoding::window)
         set_encoding();
-    quick_quotient_ = quotient_.as<long double>();
 }
 
 void Truth::set_frustum(const Frustum& f) {
     const Quad columns = camera_.width, rows = camera_.height;
     const bool top_down = camera_.rows == Rows::top_down;
-    const Sum<Quad> x{0, 0, (f.right - f.left) / columns, 0, f.left};
-    const Sum<Quad> y{0, 0, 0, (top_down ? f.bottom - f.top : f.top - f.bottom) / rows, top_down ? f.top : f.bottom};
-    const auto along_s = [&](Quad near, Quad far) { return f.reversed ? Sum<Quad>{far, near} : Sum<Quad>{near, far}; };
+    const Sum x{0, 0, (f.right - f.left) / columns, 0, f.left};
+    const Sum y{0, 0, 0, (top_down ? f.bottom - f.top : f.top - f.bottom) / rows, top_down ? f.top : f.bottom};
+    const auto along_s = [&](Quad near, Quad far) { return f.reversed ? Sum{far, near} : Sum{near, far}; };
     is_orthographic_ = f.is_orthographic;
     quotient_.numerator.one = quotient_.denominator.one = 1;
-    Sum<Quad>& varying = f.is_orthographic ? quotient_.numerator : quotient_.denominator;
+    Sum& varying = f.is_orthographic ? quotient_.numerator : quotient_.denominator;
     if (!f.plane) {
         varying = f.is_orthographic ? along_s(f.near, f.far) : along_s(1 / f.near, 1 / f.far);
         return;
@@ -210,8 +209,8 @@ void Truth::set_matrix(const Matrix& matrix) {
     const auto row = [&](std::size_t i, Quad sign) {
         const auto& m = inverse_[i];
         const Quad y_sign = up ? -1 : 1;
-        return Sum<Quad>{sign * m[2] * clip_low, sign * m[2], sign * 2 * m[0] / camera_.width,
-                         sign * y_sign * 2 * m[1] / camera_.height, sign * (m[3] - m[0] - y_sign * m[1])};
+        return Sum{sign * m[2] * clip_low, sign * m[2], sign * 2 * m[0] / camera_.width,
+                   sign * y_sign * 2 * m[1] / camera_.height, sign * (m[3] - m[0] - y_sign * m[1])};
     };
     quotient_.numerator = row(2, -1);
     quotient_.denominator = row(3, 1);
@@ -222,7 +221,7 @@ void Truth::set_matrix(const Matrix& matrix) {
 }
 
 void Truth::set_encoding() {
-    Sum<Quad>&n = quotient_.numerator, &d = quotient_.denominator;
+    Sum &n = quotient_.numerator, &d = quotient_.denominator;
     n = d = {};
     const auto value = [](const std::optional<double>& field) { return quad(field.value_or(0)); };
     switch (camera_.encoding) {
@@ -286,25 +285,6 @@ bool Truth::is_infinitely_far(double v) const {
 
 Quad Truth::beyond_centre() const {
     return camera_.from_near_plane ? quad(camera_.near_plane.value_or(0)) : Quad{0};
-}
-
-long double Truth::quick_depth(double v, double x, double y) const {
-    if (is_infinitely_far(v))
-        return HUGE_VAL;
-    if (camera_.along == Along::ray)
-        return static_cast<long double>(depth(v, x, y));
-    switch (camera_.encoding) {
-    case Encoding::ray_distance:
-        return static_cast<long double>(depth(v, x, y));
-    case Encoding::logarithmic:
-    case Encoding::exponential: {
-        const long double rate = static_cast<long double>(rate_), amplitude = static_cast<long double>(amplitude_);
-        const Quotient<long double>& q = quick_quotient_;
-        return amplitude * std::expm1(rate * (v - q.v_low) / (q.v_high - q.v_low)) + static_cast<long double>(offset_);
-    }
-    default:
-        return quick_quotient_.at(v, x, y);
-    }
 }
 
 bool Truth::in_range(double v) const {
@@ -383,7 +363,7 @@ Point Truth::in_world(const Point& position, const Eigen::Vector3d& origin) cons
 
 Quad Truth::condition(Form form, double v, double x, double y) const {
     const Quad range = quotient_.v_high - quotient_.v_low;
-    const auto of = [&](const Sum<Quad>& s) -> Quad {
+    const auto of = [&](const Sum& s) -> Quad {
         const Quad a = (s.high - s.low) / range * v;
         const Quad c = s.one + (s.low * quotient_.v_high - s.high * quotient_.v_low) / range;
         return (fabsq(a) + fabsq(s.x * x) + fabsq(s.y * y) + fabsq(c)) / fabsq(a + s.x * x + s.y * y + c);

@@ -15,7 +15,6 @@
 
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -28,32 +27,22 @@ using Point = std::array<Quad, 3>;
 using Matrix = std::array<std::array<Quad, 4>, 4>;
 
 /// low·(1 − u) + high·u + x·x + y·y + one: u runs from 0 to 1 over the stored range, (x, y) is the pixel's centre.
-template <typename Real>
 struct Sum {
-    Real low = 0, high = 0, x = 0, y = 0, one = 0;
+    Quad low = 0, high = 0, x = 0, y = 0, one = 0;
 
-    Real at(Real complement, Real u, Real px, Real py) const {
+    Quad at(Quad complement, Quad u, Quad px, Quad py) const {
         return low * complement + high * u + x * px + y * py + one;
     }
 };
 
-/// Z = numerator / denominator. In __float128, or in long double where 2²⁴ values are to be judged.
-template <typename Real>
+/// Z = numerator / denominator.
 struct Quotient {
-    Real v_low, v_high; // stored values, as they lie in memory, of u = 0 and u = 1
-    Sum<Real> numerator{}, denominator{};
+    Quad v_low, v_high; // stored values, as they lie in memory, of u = 0 and u = 1
+    Sum numerator{}, denominator{};
 
-    Real at(Real v, Real x, Real y) const {
-        const Real range = v_high - v_low, complement = (v_high - v) / range, u = (v - v_low) / range;
+    Quad at(Quad v, Quad x, Quad y) const {
+        const Quad range = v_high - v_low, complement = (v_high - v) / range, u = (v - v_low) / range;
         return numerator.at(complement, u, x, y) / denominator.at(complement, u, x, y);
-    }
-    template <typename Other>
-    Quotient<Other> as() const {
-        const auto sum = [](const Sum<Real>& s) {
-            return Sum<Other>{static_cast<Other>(s.low), static_cast<Other>(s.high), static_cast<Other>(s.x),
-                              static_cast<Other>(s.y), static_cast<Other>(s.one)};
-        };
-        return {static_cast<Other>(v_low), static_cast<Other>(v_high), sum(numerator), sum(denominator)};
     }
 };
 
@@ -95,9 +84,6 @@ public:
     /// Distance along the view axis of a stored value that is a surface. (x, y) is the pixel's centre.
     Quad depth(double v, double x, double y) const;
 
-    /// The same in long double, for millions of values: see "oracle: long double" in test_exhaustive.cpp.
-    long double quick_depth(double v, double x, double y) const;
-
     /// Can the value be a surface at all? Limits that no float meets are rounded outwards.
     bool in_range(double v) const;
 
@@ -117,7 +103,7 @@ public:
     Quad condition(fathom::Form form, double v, double x, double y) const;
 
     /// Window, linear, median and metric encodings.
-    const Quotient<Quad>& quotient() const { return quotient_; }
+    const Quotient& quotient() const { return quotient_; }
 
 private:
     void set_frustum(const Frustum& frustum);
@@ -135,19 +121,12 @@ private:
     Matrix inverse_{};
     bool is_orthographic_ = false;
     Point centre_{};
-    Quotient<Quad> quotient_{};
-    Quotient<long double> quick_quotient_{};
+    Quotient quotient_{};
     Quad rate_ = 0, amplitude_ = 0, offset_ = 0; // exponential: Z = amplitude (e^(rate u) − 1) + offset
 };
 
 /// Unit in the last place of a value in float: the distance between the floats around it, denormals included.
 double ulp(Quad value);
-
-/// The same from a double, which decides between two binades where they meet.
-inline double quick_ulp(double value) {
-    const auto exponent = static_cast<int>(std::bit_cast<std::uint64_t>(value) >> 52 & 2047) - 1023;
-    return std::bit_cast<double>(static_cast<std::uint64_t>(std::clamp(exponent, -126, 127) - 23 + 1023) << 52);
-}
 
 /// |got − exact| in units of ulp(exact). Beyond the largest float, infinity is exact.
 double error_in_ulp(float got, Quad exact);
