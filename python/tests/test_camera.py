@@ -68,11 +68,7 @@ MISTAKES = {
     "twice": ({"fx": 3}, '"fx" is given twice'),
     "type": ({"width": "wide"}, '"width": "wide"'),
     "twice within": ({"fx": 3, "intrinsics": {"fx": 3}}, '"fx" is given twice'),
-    "twice within, turned": ({"intrinsics": {"fx": 3}, "fx": 3}, '"fx" is given twice'),
-    "no dict": ({"intrinsics": 3, "fx": 3}, '"intrinsics": is no dict, but "fx" belongs into it'),
-    "no dict, turned": ({"fx": 3, "intrinsics": 3}, '"intrinsics": is no dict, but "fx" belongs into it'),
-    "half a character": ({"encoding": "window\udc80"}, r'"encoding": "window.*" must be one of'),
-    "half a character in a key": ({"widt\udc80": 3}, r'unknown key "widt.*"'),
+    "no dict": ({"intrinsics": 3, "fx": 3}, '"fx" is given twice, alone and by "intrinsics"'),
 }
 
 
@@ -186,35 +182,6 @@ def test_messages_name_arguments_of_python(tmp_path, kind):
     assert "--" not in str(caught.value)
 
 
-def nested(depth):
-    value = []
-    for _ in range(depth):
-        value = [value]
-    return value
-
-
-def circle():
-    value = {}
-    value["a"] = value
-    return value
-
-
-class Endless:
-    """A sequence whose items are itself."""
-
-    def __len__(self):
-        return 2
-
-    def __getitem__(self, index):
-        return self
-
-
-@pytest.mark.parametrize("make", [circle, lambda: nested(100_000), Endless])
-def test_values_without_a_bottom(make):
-    with pytest.raises(ValueError, match='"view.*": is nested more than 100 deep'):
-        fathom.Camera(view=make())
-
-
 @pytest.mark.parametrize("turned", [False, True])
 def test_keys_join_those_of_their_dict(keys, turned):
     inner = {key: keys["intrinsics"][key] for key in ("fx", "fy", "cy")}
@@ -279,12 +246,10 @@ def test_a_damaged_camera_file_is_told_as_it_is(tmp_path, monkeypatch):
     with pytest.raises(fathom.Error, match='unknown key "widht"; the nearest known one is "width"$'):
         fathom.Camera.load(tmp_path / "camera.json")
     (tmp_path / "broken.json").write_text('{"width": 3,')
-    with pytest.raises(fathom.Error, match="is no JSON: (?!.*reads camera files)"):
+    with pytest.raises(fathom.Error, match="is no JSON: (?!.*this build)"):
         fathom.Camera.load(tmp_path / "broken.json")
     (tmp_path / "camera.yaml").write_text("%YAML:1.0\n")
-    with pytest.raises(
-        fathom.Error, match="camera.yaml: is no camera file, glTF .* reads no other format; .*: import of fathom._importers"
-    ):
+    with pytest.raises(fathom.Error, match="camera.yaml: .*; this build of the package reads camera files, glTF and transforms.json"):
         fathom.Camera.load(tmp_path / "camera.yaml")
 
 
