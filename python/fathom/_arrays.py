@@ -17,8 +17,8 @@ if TYPE_CHECKING:
     # What pixels are read from and written to. Lists are not among them.
     Array = Union[numpy.ndarray, SupportsDlpack, Buffer]
 
-_BYTES = Literal["rgb8-red-low", "rgb8-red-high", "bgr8-red-low", "bgr8-red-high"]
-Storage = Literal["float32", "float16", "uint8", "uint16", "uint24", "uint24-high", _BYTES]  # in the order of fathom::Storage
+Storage = Literal["float32", "float16", "uint8", "uint16", "uint24", "uint24-high",
+                  "rgb8-red-low", "rgb8-red-high", "bgr8-red-low", "bgr8-red-high"]  # in the order of fathom::Storage
 DTYPES = {"depth": "float32, float16, uint32, uint16 or uint8", "numbers": "float32"}
 DTYPES["picture"] = DTYPES["relative"] = "float32, float16, uint16 or uint8"
 MOST = 1 << 30  # of a side

@@ -218,40 +218,30 @@ public:
                                                     : device_of(device);
     }
 
-    Image image(nb::handle pixels, const char* holds, const char* argument, HostDepth* host = nullptr) {
-        HostDepth lies;
-        Image made;
+    // An input, and where it lies if that is the host's memory.
+    std::pair<Image, HostDepth> input(nb::handle pixels, const char* holds, const char* argument) {
         if (nb::isinstance<DeviceImage>(pixels)) {
             const auto& its = nb::cast<DeviceImage&>(pixels);
-            lies = its.host;
-            made = its.image;
-        } else {
-            waits_ = true;
-            const HostImage& array = kept_.emplace_back(host_image(pixels, holds, argument));
-            lies = array.depth();
-            made = image_of(array, device_);
+            return {its.image, its.host};
         }
-        if (host)
-            *host = lies;
-        return made;
+        waits_ = true;
+        const HostImage& array = kept_.emplace_back(host_image(pixels, holds, argument));
+        return {image_of(array, device_), array.depth()};
     }
 
     // Stored depth. What is probably wrong is told before the first pixel is computed.
     StoredDepth depth_of(const CameraObject& camera, nb::handle pixels, const char* argument, nb::handle storage) {
-        HostDepth host;
-        const Image image = this->image(pixels, "depth", argument, &host);
+        auto [image, host] = input(pixels, "depth", argument);
         const int width = image.width(), height = image.height();
-        const StoredDepth depth{image, camera.of_size(width, height),
-                                storage_of(image.element(), image.channels(), storage, camera.file.packing, argument)};
+        host.storage = storage_of(image.element(), image.channels(), storage, camera.file.packing, argument);
+        const StoredDepth depth{image, camera.of_size(width, height), host.storage};
         if (!std::exchange(camera.are_keys_told, true))
             warn(key_doubts(camera.file.text, width, height), "Camera");
         if (host.data && !camera.is_depth_told && in(arguments_, "ignore").is_none()) {
-            host.storage = depth.storage;
             std::vector<std::string> said;
-            try {
+            {
                 const Unlocked released;
                 said = depth_doubts_of_sample(depth.camera, host);
-            } catch (const std::invalid_argument&) { // the operation says it
             }
             warn(said, argument);
             camera.is_depth_told = true;
@@ -347,42 +337,38 @@ StoredDepth depth_of(Call& call, const nb::dict& arguments, LensArguments& lens)
     return call.relative_depth(lens, in(arguments, "color"));
 }
 
-nb::object run(const std::string& name, const nb::dict& arguments) {
-    const description::Operation& operation = operation_of(name);
-    Parsed its = parsed(operation, arguments);
-    for (const Option& option : operation.options)
-        if (option.required && in(arguments, option.name).is_none())
-            throw nb::type_error(text(option.name, " = None must be ", option.accepted()).c_str());
-    const auto option_of = [&](auto member, auto wanted) {
-        return std::ranges::find(operation.options, wanted, member);
-    };
-    if (const auto radius = option_of(&Option::name, std::string_view("radius"));
-        radius != operation.options.end() && !its.has("radius"))
-        operation.set(its.call.get(), *radius,
-                      description::default_radius(camera_in(arguments).file.lens, "the camera", "radius"));
-
-    Call call(arguments);
-    const std::shared_ptr<void> made = std::move(its.call); // whose images end before the arrays that they lie in
-    StoredDepth depth = depth_of(call, arguments, its.lens);
-    if (const nb::handle color = in(arguments, "color"); !color.is_none()) { // a picture has its size
-        const Image picture = call.image(color, "picture", "color");
+// Sets the images, and brings the depth to the size of the picture that it belongs to.
+void set_images(const description::Operation& operation, const Parsed& its, void* made, Call& call,
+                const nb::dict& arguments, StoredDepth& depth) {
+    const auto fit = [&](const Image& picture) {
         const Unlocked released;
         if (picture.width() != depth.image.width() || picture.height() != depth.image.height())
             depth = upsample_along_edges(depth, picture);
-    }
+    };
+    const nb::handle color = in(arguments, "color");
+    if (!color.is_none() && !its.has("color")) // of which nothing is computed
+        fit(call.input(color, "picture", "color").first);
     for (const auto& [option, given] : its.images) {
         const nb::object pixels =
             nb::isinstance<BackDepth>(given) ? nb::cast<const BackDepth&>(given).depth : nb::borrow(given);
-        operation.set(made.get(), *option,
-                      option->kind == Kind::depth
-                          ? Value(call.depth_of(camera_in(arguments), pixels, option->name, nb::none()))
-                          : call.image(pixels, option->kind == Kind::picture ? "picture" : "numbers", option->name));
+        if (option->kind == Kind::depth) {
+            operation.set(made, *option, call.depth_of(camera_in(arguments), pixels, option->name, nb::none()));
+            continue;
+        }
+        const Image image =
+            call.input(pixels, option->kind == Kind::picture ? "picture" : "numbers", option->name).first;
+        if (option->required)
+            fit(image);
+        operation.set(made, *option, image);
     }
+}
 
-    const std::vector<description::Result> results = operation.results_of(made.get(), depth);
+// Sets the images of results. Is the first of them all that is asked for?
+bool set_results(const description::Operation& operation, void* made, Call& call, nb::handle out,
+                 const StoredDepth& depth) {
+    const std::vector<description::Result> results = operation.results_of(made, depth);
     const bool alone = !operation.results ||
                        (operation.first_alone && std::ranges::count(results, true, &description::Result::wanted) == 1);
-    const nb::handle out = in(arguments, "out");
     if (!alone && !out.is_none() && (!nb::isinstance<nb::tuple>(out) || nb::len(out) != results.size()))
         throw std::invalid_argument(
             text("out: must be a tuple of ", results.size(), " arrays or None, one for each field of the result"));
@@ -394,9 +380,30 @@ nb::object run(const std::string& name, const nb::dict& arguments) {
         else
             call.results.append(nb::none());
     }
+    return alone;
+}
+
+nb::object run(const std::string& name, const nb::dict& arguments) {
+    const description::Operation& operation = operation_of(name);
+    Parsed its = parsed(operation, arguments);
+    const auto end = operation.options.end();
+    for (const Option& option : operation.options)
+        if (option.required && !its.has(option.name))
+            throw nb::type_error(text(option.name, " = None must be ", option.accepted()).c_str());
+    const auto radius = std::ranges::find(operation.options, std::string_view("radius"), &Option::name);
+    if (radius != end && !its.has("radius"))
+        operation.set(its.call.get(), *radius,
+                      description::default_radius(camera_in(arguments).file.lens, "the camera", "radius"));
+
+    Call call(arguments);
+    const std::shared_ptr<void> made = std::move(its.call); // whose images end before the arrays that they lie in
+    StoredDepth depth = depth_of(call, arguments, its.lens);
+    set_images(operation, its, made.get(), call, arguments, depth);
+    const bool alone = set_results(operation, made.get(), call, in(arguments, "out"), depth);
+    const auto circle = std::ranges::find(operation.options, Kind::lens, &Option::kind);
     const LensDefaults* const defaults = its.lens.relative ? nullptr : &camera_in(arguments).file.lens;
     call.run([&] {
-        if (const auto circle = option_of(&Option::kind, Kind::lens); circle != operation.options.end()) {
+        if (circle != end) {
             if (defaults)
                 its.lens = completed(its.lens, *defaults, depth.camera.projection);
             operation.set(made.get(), *circle, circle_for(its.lens, depth));
