@@ -128,18 +128,6 @@ def test_what_excludes_another_option_is_refused_beside_it(metres, keys):
     assert tried > 30
 
 
-def test_defaults_are_values(program):
-    """A value of the option's kind where there is one; the words are for all."""
-    kinds = {"number": (int, float, str), "choice": str, "flag": bool, "result": bool}  # a str is infinity
-    for operation in fathom.options():
-        for option in operation["options"]:
-            default = option["default"]
-            if default is not None:
-                assert isinstance(default, kinds.get(option["kind"], list)), option["name"]
-                assert not option["required"]
-            assert option["required"] or option["default_words"]
-
-
 def test_options_are_those_of_the_program(program):
     described = json.loads(program("options", "--json").stdout)["operations"]
     for operation in described:
@@ -147,6 +135,11 @@ def test_options_are_those_of_the_program(program):
             del option["program"], option["program_takes"]
             option["name"] = python_name(option["name"])
     assert fathom.options() == described
+    kinds = {"number": (int, float, str), "choice": str, "flag": bool, "result": bool}  # a str is infinity
+    for option in (option for operation in described for option in operation["options"]):
+        default = option["default"]
+        assert default is None or (isinstance(default, kinds.get(option["kind"], list)) and not option["required"])
+        assert option["required"] or option["default_words"]
 
 
 def test_what_needs_another_option_is_refused_without_it(metres, keys):
