@@ -57,13 +57,10 @@ def readable(given: Any, holds: str, argument: str) -> numpy.ndarray:
     array = as_numpy(given, argument)
     if array.dtype == "int16" and holds in ("depth", "relative") and array.size:  # codes, or floats where some are below 0
         array = array.astype("float32" if array.min() < 0 else "uint16")
-    if array.dtype.name not in DTYPES[holds].replace(" or", ",").split(", "):
-        cure = "uint16" if array.dtype.kind in "iu" and holds != "numbers" else "float32"
-        wanted = f"must be {DTYPES[holds]}, as .astype(numpy.{cure}) makes it of numbers that fit"
-        raise ValueError(f"{argument}: its dtype is {array.dtype}; it {wanted}")
-    if array.ndim not in (2, 3) or not all(0 < side <= MOST for side in array.shape):
-        wanted = f"(height, width) or (height, width, channels), each from 1 to {MOST}"
-        raise ValueError(f"{argument}: its shape is {array.shape}; it must be {wanted}")
+    is_dtype = array.dtype.name in DTYPES[holds].replace(" or", ",").split(", ")
+    if not is_dtype or array.ndim not in (2, 3) or not all(0 < side <= MOST for side in array.shape):
+        wanted = f"(height, width) or (height, width, channels), from 1 to {MOST}, of {DTYPES[holds]}, as .astype() makes it"
+        raise ValueError(f"{argument}: it has the shape {array.shape} and the dtype {array.dtype}; it must be {wanted}")
     row = array.strides[0] if len(array) > 1 else array[0].nbytes
     if array[0].flags.c_contiguous and row >= array[0].nbytes and array.dtype.isnative and array.flags.aligned:
         return array
@@ -74,16 +71,9 @@ def refuse_target(given: Any, argument: str, dtype: str, shape: tuple[int, ...])
     if isinstance(given, tuple):
         raise ValueError(f"{argument}: a tuple is given, but this call has one result; give one array")
     array = as_numpy(given, argument)
-    is_dtype, is_shape, is_writable = array.dtype == dtype, array.shape == shape, array.flags.writeable
-    raise ValueError(
-        f"{argument}: its dtype is {array.dtype.str}; it must be {dtype} of this machine's byte order"
-        if not is_dtype
-        else f"{argument}: its shape is {array.shape}; it must be {shape}"
-        if not is_shape
-        else f"{argument}: has gaps between its columns or channels, or rows that go backwards; only gaps between rows will do"
-        if is_writable
-        else f"{argument}: is read-only"
-    )
+    its = f"has the shape {array.shape}, the dtype {array.dtype.str}, the strides {array.strides}"
+    wanted = f"{shape} of {dtype} in this machine's byte order, with gaps between rows only, and rows that go forwards"
+    raise ValueError(f"{argument}: {its}{' and is read-only' * (not array.flags.writeable)}; it must be writable, and {wanted}")
 
 
 def storage_index(name: object) -> int:

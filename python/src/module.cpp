@@ -1,8 +1,6 @@
 // The module fathom._fathom: exceptions and devices. Images, cameras and operations have files of their own.
 #include "arrays.hpp"
 
-#include "description/range.hpp"
-
 #include <fathom/error.hpp>
 #include <fathom/probe.hpp>
 
@@ -12,15 +10,13 @@
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/vector.h>
 
-#include <algorithm>
-#include <array>
 #include <functional>
 #include <map>
 #include <mutex>
-#include <stdexcept>
 
 namespace fathom::python {
 
+void bind_back_depth(nb::module_& module); // images.cpp
 void bind_camera(nb::module_& module);     // camera.cpp
 void bind_images(nb::module_& module);     // images.cpp
 void bind_operations(nb::module_& module); // operations.cpp
@@ -65,18 +61,8 @@ Device opened(const std::function<Device()>& open) {
     }
 }
 
-void open_device(Device* self, nb::handle choice, nb::handle named_arithmetic, int vector_width, int group_size,
-                 std::size_t memory_budget) {
-    static constexpr std::array names{"automatic", "fp64", "two-float"};
-    const std::string arithmetic = named_arithmetic.is_none() ? names[0] : nb::cast<std::string>(named_arithmetic);
-    const auto named = std::ranges::find(names, arithmetic);
-    if (named == names.end())
-        throw std::invalid_argument(
-            text("arithmetic = '", arithmetic, "' is unknown; it is ", description::in_words(names)));
-    const DeviceOptions options{.arithmetic = static_cast<Arithmetic>(named - names.begin()),
-                                .vector_width = vector_width,
-                                .group_size = group_size,
-                                .memory_budget = memory_budget};
+void open_device(Device* self, nb::handle choice, int vector_width, int group_size, std::size_t memory_budget) {
+    const DeviceOptions options{.vector_width = vector_width, .group_size = group_size, .memory_budget = memory_budget};
     const std::string wanted = device_name_of(choice, "wanted");
     new (self) Device(opened([&] { return Device::open(wanted, options); }));
 }
@@ -98,10 +84,6 @@ void bind_device_infos(nb::module_& module) {
         .def_ro("fp64", &DeviceInfo::fp64)
         .def_ro("compute_units", &DeviceInfo::compute_units)
         .def_ro("memory_bytes", &DeviceInfo::memory_bytes)
-        .def_ro("denormals", &DeviceInfo::denormals, "Does the driver say that it keeps them? So with the next two.")
-        .def_ro("correct_rounding", &DeviceInfo::correct_rounding, "Of quotients and square roots.")
-        .def_ro("fma", &DeviceInfo::fma)
-        .def_ro("native_vector_width", &DeviceInfo::native_vector_width, "Floats that one instruction computes.")
         .def("__repr__", [](const DeviceInfo& info) {
             return text("<fathom.DeviceInfo ", info.index, ": ", info.name, " of ", info.platform, ">");
         });
@@ -120,15 +102,13 @@ void bind_devices(nb::module_& module) {
     nb::class_<Device>(module, "Device", R"(An OpenCL device with a queue.
 
 Device(wanted=None) opens "cpu", "gpu", one of devices(), its index, or a part of a name; by default a GPU where there is one,
-the CPU otherwise. arithmetic: 'automatic', 'fp64' or 'two-float'; vector_width: 1, 4, 8 or 16; group_size: 1 to 1024. Nothing but
-time depends on these. memory_budget: bytes that an operation may take beside its images; what does not fit is done in bands of
-rows, and 0 stands for what is fastest.
+the CPU otherwise. vector_width: 1, 4, 8 or 16; group_size: 1 to 1024. Nothing but time depends on these. memory_budget: bytes that
+an operation may take beside its images; what does not fit is done in bands of rows, and 0 stands for what is fastest.
 
 Raises NoDevice naming what is there, and ValueError.)")
-        .def("__init__", open_device, arg("wanted") = nb::none(), nb::kw_only(), arg("arithmetic") = nb::none(),
-             arg("vector_width") = 0, arg("group_size") = 0, arg("memory_budget") = 0,
+        .def("__init__", open_device, arg("wanted") = nb::none(), nb::kw_only(), arg("vector_width") = 0,
+             arg("group_size") = 0, arg("memory_budget") = 0,
              nb::sig("def __init__(self, wanted: Device | DeviceInfo | str | int | None = None, *, "
-                     "arithmetic: typing.Literal['automatic', 'fp64', 'two-float'] | None = None, "
                      "vector_width: int = 0, group_size: int = 0, memory_budget: int = 0) -> None"))
         .def_static("from_int_ptr", of_handles, nb::kw_only(), arg("context"), arg("device"), arg("queue"),
                     R"(Takes part in a program that has a context and a queue already. All three are retained.
@@ -180,6 +160,7 @@ NB_MODULE(_fathom, module) {
     bind_device_infos(module);
     bind_devices(module);
     bind_images(module);
+    bind_back_depth(module);
     bind_camera(module);
     bind_operations(module);
 }

@@ -129,7 +129,7 @@ def test_check_takes_what_an_operation_takes(metres, millimetres, keys):
     assert [doubt for doubt in fathom.check(millimetres, doubtful) if "pixel_origin" in doubt]
     with pytest.raises(fathom.Error, match="is for 96 x 64 pixels, the image has 96 x 60"):
         fathom.check(millimetres[:60], camera)
-    with pytest.raises(ValueError, match="depth: its dtype is float64"):
+    with pytest.raises(ValueError, match="depth: .* the dtype float64"):
         fathom.check(metres, camera)
 
 

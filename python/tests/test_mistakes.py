@@ -13,13 +13,13 @@ def test_exceptions_are_what_python_expects():
 
 
 DEPTHS = {
-    "float64": (lambda d: d.astype(float), r"depth: its dtype is float64; it must be float32.*astype\(numpy.float32\)"),
-    "int32": (lambda d: d.astype(numpy.int32), r"depth: its dtype is int32; .*\.astype\(numpy.uint16\)"),
-    "bool": (lambda d: d > 0, "depth: its dtype is bool; it must be"),
-    "objects": (lambda d: d.astype(object), "depth: its dtype is object"),
-    "no rows": (lambda d: d[:0], r"depth: its shape is \(0, 96\); it must be \(height, width\)"),
-    "one dimension": (lambda d: d.ravel(), r"depth: its shape is \(6144,\); it must be \(height, width\)"),
-    "too large": (lambda d: numpy.broadcast_to(numpy.zeros(1, numpy.uint8), (1, 2**31)), "each from 1 to 1073741824"),
+    "float64": (lambda d: d.astype(float), "depth: .* the dtype float64; it must be .* of float32, float16, uint32, uint16 or uint8"),
+    "int32": (lambda d: d.astype(numpy.int32), r"depth: .* the dtype int32; .*\.astype\(\)"),
+    "bool": (lambda d: d > 0, "depth: .* the dtype bool; it must be"),
+    "objects": (lambda d: d.astype(object), "depth: .* the dtype object"),
+    "no rows": (lambda d: d[:0], r"depth: it has the shape \(0, 96\) .* must be \(height, width\)"),
+    "one dimension": (lambda d: d.ravel(), r"depth: it has the shape \(6144,\) .* must be \(height, width\)"),
+    "too large": (lambda d: numpy.broadcast_to(numpy.zeros(1, numpy.uint8), (1, 2**31)), "from 1 to 1073741824"),
     "two channels": (lambda d: numpy.stack([d, d], -1), "depth: it holds uint16 in 2 channels.* it has one channel"),
     "BGRA": (lambda d: numpy.zeros((HEIGHT, WIDTH, 4), numpy.uint8), "uint8 in 4 channels"),
     "bytes": (lambda d: (d >> 8).astype(numpy.uint8), "uint8 in 1 channel, .*a picture, .*storage= .*'uint8'"),
@@ -43,15 +43,15 @@ def sevens(*shape, dtype=numpy.float32):
 
 
 OUTS = {
-    "float64": (lambda: sevens(HEIGHT, WIDTH, dtype=float), "out: its dtype is <f8; it must be float32"),
-    "of the other byte order": (lambda: sevens(HEIGHT, WIDTH, dtype=">f4"), "out: its dtype is >f4; .*this machine's byte order"),
-    "too small": (lambda: sevens(HEIGHT - 1, WIDTH), r"out: its shape is \(63, 96\); it must be \(64, 96\)"),
-    "three channels": (lambda: sevens(HEIGHT, WIDTH, 3), r"out: its shape is \(64, 96, 3\)"),
-    "gaps": (lambda: sevens(HEIGHT, 2 * WIDTH)[:, ::2], "out: has gaps between its columns"),
-    "backwards": (lambda: sevens(HEIGHT, WIDTH)[::-1], "out: has gaps .* go backwards"),
+    "float64": (lambda: sevens(HEIGHT, WIDTH, dtype=float), "out: .* the dtype <f8, .* of float32"),
+    "of the other byte order": (lambda: sevens(HEIGHT, WIDTH, dtype=">f4"), "out: .* the dtype >f4, .* this machine's byte order"),
+    "too small": (lambda: sevens(HEIGHT - 1, WIDTH), r"out: has the shape \(63, 96\), .* must be writable, and \(64, 96\)"),
+    "three channels": (lambda: sevens(HEIGHT, WIDTH, 3), r"out: has the shape \(64, 96, 3\)"),
+    "gaps": (lambda: sevens(HEIGHT, 2 * WIDTH)[:, ::2], "out: .* gaps between rows only"),
+    "backwards": (lambda: sevens(HEIGHT, WIDTH)[::-1], "out: .* rows that go forwards"),
     "overlapping rows": (
         lambda: numpy.lib.stride_tricks.as_strided(sevens(9999), (HEIGHT, WIDTH), (40, 4)),
-        "out: has gaps",
+        "out: .* gaps between rows only",
     ),
 }
 
@@ -74,7 +74,7 @@ def test_an_out_over_an_input(metres, keys):
 
 def test_the_second_out_is_checked_before_the_first_is_written(millimetres, kinect):
     good, bad = sevens(HEIGHT, WIDTH), numpy.zeros((HEIGHT, WIDTH))
-    with pytest.raises(ValueError, match="out.confidence: its dtype is <f8"):
+    with pytest.raises(ValueError, match="out.confidence: .* the dtype <f8"):
         fathom.ssao(millimetres, kinect, radius=0.3, confidence=True, out=(good, None, bad))
     assert (good == 7).all()
     with pytest.raises(ValueError, match="out: must be a tuple of 3"):
@@ -88,11 +88,11 @@ VALUES = {
     "no storage": (lambda d, c: fathom.linearize(d, c, storage="uint12"), "storage = 'uint12' is unknown; it is float32"),
     "no radius": (lambda d, c: fathom.ssao(d, c), 'radius: missing, and the camera has no "ao_distance"'),
     "a grey picture": (lambda d, c: fathom.fog(d, c, GREY, 0.1), "channels"),
-    "a picture of float64": (lambda d, c: fathom.fog(d, c, LIGHT, 0.1), r"color: its dtype is float64; .* as .astype\(numpy.float32\)"),
-    "relative": (lambda d, c: fathom.dof_masks(d.astype(float), None, **RELATIVE), "depth: its dtype is float64; it must be float32"),
-    "normals of float64": (lambda d, c: fathom.ssao(d, c, 0.3, normals=LIGHT), "normals: its dtype is float64; it must be float32, as"),
-    "light of bytes": (lambda d, c: fathom.restore_highlights(numpy.uint8(LIGHT), 2), "color: its dtype is uint8; it must be float32"),
-    "thickness of codes": (lambda d, c: fathom.ssao(d, c, 0.3, thickness=d), "thickness: its dtype is uint16"),
+    "a picture of float64": (lambda d, c: fathom.fog(d, c, LIGHT, 0.1), "color: .* the dtype float64; .* of float32, float16, uint16 or uint8"),
+    "relative": (lambda d, c: fathom.dof_masks(d.astype(float), None, **RELATIVE), "depth: .* the dtype float64; .* of float32, float16, uint16 or uint8"),
+    "normals of float64": (lambda d, c: fathom.ssao(d, c, 0.3, normals=LIGHT), "normals: .* the dtype float64; .* of float32, as"),
+    "light of bytes": (lambda d, c: fathom.restore_highlights(numpy.uint8(LIGHT), 2), "color: .* the dtype uint8; .* of float32, as"),
+    "thickness of codes": (lambda d, c: fathom.ssao(d, c, 0.3, thickness=d), "thickness: .* the dtype uint16"),
     "thickness of a word": (lambda d, c: fathom.ssao(d, c, 0.3, thickness="thin"), "thickness = 'thin' must be silhouette"),
     "a tuple": (lambda d, c: fathom.linearize(d, c, out=(GREY,)), "out: a tuple is given, but this call has one result"),
     "device": (lambda d, c: fathom.linearize(d, c, device=3.5), "device: 3.5 is none"),
