@@ -135,6 +135,13 @@ class Camera(_fathom._Camera):
         warn(said + camera._doubts(), file)
         return camera
 
+    @staticmethod
+    def from_json(text: str) -> Camera:
+        """The camera of a camera file's text."""
+        camera = _of_text(text)
+        warn(camera._doubts(), "Camera")
+        return camera
+
     def for_view_depth(self) -> Camera:
         """The same camera for view depth, as `linearize` makes it: normals(linearize(depth, c), c.for_view_depth())."""
         made = Camera.__new__(Camera)

@@ -19,7 +19,7 @@ def test_keys_are_those_of_the_camera_file(tmp_path, keys, millimetres):
     assert loaded == made and hash(loaded) == hash(made) and loaded != fathom.Camera(**keys, scale=0.002)
     assert (made.width, made.height) == (WIDTH, HEIGHT)
     assert made.to_dict() == {**keys, "scale": 0.001}
-    assert eval(repr(made)) == made
+    assert eval(repr(made)) == made == fathom.Camera.from_json(json.dumps(made.to_dict()))
     assert same_bits(fathom.unproject(millimetres, loaded), fathom.unproject(millimetres, made))
 
 
