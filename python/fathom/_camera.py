@@ -6,6 +6,7 @@ import importlib
 import json
 import math
 import os
+import pathlib
 import re
 import warnings
 from typing import Any
@@ -37,9 +38,9 @@ def warn(said: list[str], name: str) -> None:
         warnings.warn(f"{name}: {in_python(each)}", CameraWarning, 3)
 
 
-def map_of_rays(file: str) -> numpy.ndarray:
+def map_of_rays(file: pathlib.Path) -> numpy.ndarray:
     """A map of rays, as NumPy writes it."""
-    if not file.endswith(".npy"):
+    if file.suffix != ".npy":
         raise ValueError("is a map of rays, which the Python package reads from .npy: numpy.save(file, rays)")
     rays = numpy.load(file)
     if rays.dtype.kind != "f" or rays.ndim != 3 or rays.shape[2] != 3:
@@ -60,7 +61,7 @@ def _plain(value: Any, key: str) -> Any:
     number = float(value) if hasattr(value, "__float__") else math.nan
     if math.isnan(number) or number == -math.inf:
         raise ValueError(f'Camera: "{key}": {value!r} is no number, text, list or dict of a camera file')
-    return "infinity" if number == math.inf else int(number) if number.is_integer() and abs(number) <= 2**53 else number
+    return "infinity" if number == math.inf else int(number) if number.is_integer() and 0 < abs(number) <= 2**53 else number
 
 
 def _keys(given: dict[str, Any]) -> dict[str, Any]:
@@ -74,7 +75,7 @@ def _keys(given: dict[str, Any]) -> dict[str, Any]:
     return keys
 
 
-def _of_text(text: str, source: str = "Camera", for_view_depth: bool = False) -> Camera:
+def _of_text(text: str, source: str | os.PathLike[str] = "Camera", for_view_depth: bool = False) -> Camera:
     made = Camera.__new__(Camera)
     _fathom._Camera.__init__(made, text, source)
     return made.for_view_depth() if for_view_depth else made

@@ -11,6 +11,7 @@
 #include <fathom/pixel_rays.hpp>
 #include <fathom/presets.hpp>
 
+#include <nanobind/stl/filesystem.h>
 #include <nanobind/stl/pair.h>
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/string_view.h>
@@ -37,7 +38,7 @@ auto as_argument(const Make& make) {
 }
 
 // `source` stands in messages where a file's name would, and leads to the files that the text names.
-void make_camera(CameraObject* self, const std::string& text, const std::string& source) {
+void make_camera(CameraObject* self, const std::string& text, const std::filesystem::path& source) {
     const auto* bytes = reinterpret_cast<const unsigned char*>(text.data());
     new (self) CameraObject{as_argument([&] {
         return io::completed(source, {.keys = io::parsed_json(source, {bytes, text.size()})}, {});
@@ -93,7 +94,7 @@ void write_pixels(const CameraObject& camera, const Vectors<3>& directions, cons
 RayMap map_of_rays(const std::filesystem::path& file) {
     using Rays = nb::ndarray<const float, nb::shape<-1, -1, 3>, nb::c_contig, nb::device::cpu>;
     try {
-        const auto rays = nb::cast<Rays>(in_python("fathom._camera", "map_of_rays")(file.string()));
+        const auto rays = nb::cast<Rays>(in_python("fathom._camera", "map_of_rays")(file));
         return {
             static_cast<int>(rays.shape(1)), static_cast<int>(rays.shape(0)), {rays.data(), rays.data() + rays.size()}};
     } catch (nb::python_error& error) {

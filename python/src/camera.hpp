@@ -4,6 +4,7 @@
 
 #include <fathom/import_camera.hpp>
 
+#include <filesystem>
 #include <string>
 #include <utility>
 #include <vector>
@@ -29,9 +30,9 @@ struct CameraObject {
 
 /// What an importer makes of a file: the text of a camera file, and warnings. `storage`: the number of an enumerator, or -1.
 template <ImportedCamera import(const std::filesystem::path&, const ImportOptions&)>
-std::pair<std::string, std::vector<std::string>> camera_file(const std::string& path, const std::string& image,
-                                                             const std::string& node, const std::string& preset,
-                                                             bool undistorted, int storage, const std::string& depth) {
+std::pair<std::string, std::vector<std::string>>
+camera_file(const std::filesystem::path& path, const std::string& image, const std::string& node,
+            const std::string& preset, bool undistorted, int storage, const std::filesystem::path& depth) {
     ImportOptions options{.image = image, .node = node, .preset = preset, .undistorted = undistorted, .depth = depth};
     if (storage >= 0)
         options.storage = static_cast<Storage>(storage);

@@ -1,6 +1,7 @@
 // The module fathom._importers: cameras from files that need OpenCV, OpenEXR or YAML to be read.
 #include "camera.hpp"
 
+#include <nanobind/stl/filesystem.h>
 #include <nanobind/stl/pair.h>
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/vector.h>

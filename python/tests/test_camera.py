@@ -1,6 +1,7 @@
 """Cameras: keys as keyword arguments, presets, files."""
 
 import json
+import os
 import pickle
 import sys
 import warnings
@@ -14,7 +15,8 @@ from conftest import HEIGHT, WIDTH, same_bits
 
 def test_keys_are_those_of_the_camera_file(tmp_path, keys, millimetres):
     (tmp_path / "camera.json").write_text(json.dumps({**keys, "scale": 0.001}))
-    loaded = fathom.Camera.load(tmp_path / "camera.json")
+    os.rename(tmp_path / "camera.json", odd := os.fsencode(tmp_path) + b"/\xff.json")  # no UTF-8
+    loaded = fathom.Camera.load(os.fsdecode(odd))
     made = fathom.Camera(**keys, scale=0.001)
     assert loaded == made and hash(loaded) == hash(made) and loaded != fathom.Camera(**keys, scale=0.002)
     assert (made.width, made.height) == (WIDTH, HEIGHT)
