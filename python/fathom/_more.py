@@ -9,6 +9,7 @@ import numpy
 
 from . import _fathom
 from ._arrays import floats
+from ._camera import in_python
 
 if TYPE_CHECKING:
     from ._arrays import Array
@@ -59,7 +60,7 @@ def check(
     """
     if focus_at is not None and focus is None and focus_along is None:
         focus, focus_at = depth_at(depth, camera, *focus_at, storage=storage), None
-    return _fathom._check(locals())
+    return [in_python(each) for each in _fathom._check(locals())]
 
 
 def restore_highlights(color: Array | Image, highlights: float) -> numpy.ndarray:

@@ -83,6 +83,7 @@ def test_what_is_right_is_not_told(metres, millimetres, keys, kinect):
 
 def test_the_first_call_warns_and_says_where(millimetres, keys):
     camera = fathom.Camera(**keys)
+    assert not told(lambda: fathom.normals(millimetres, camera, ignore=millimetres == 0))  # in which not all pixels count
     (warning,) = told(lambda: fathom.normals(millimetres, camera))
     assert warning.category is fathom.CameraWarning
     begin, end = "its integers count as scene units, so that depths run from ", 'say "scale": 0.001'
