@@ -127,7 +127,8 @@ def code_of(operation):
         made = f'\n\nclass {operation["several"]}(NamedTuple):\n'
         made += f'    """Results of `{operation["name"]}`; None for what was not asked for."""\n\n'
         made += "".join(f"    {each['name']}: Any\n" for each in operation["results"]) + "\n"
-        made += "".join(f"\n{operation['several']}.{each['name']}.__doc__ = {said_of(operation, each)!r}" for each in operation["results"])
+        for each in operation["results"]:
+            made += f"\n{operation['several']}.{each['name']}.__doc__ = {said_of(operation, each)!r}"
     return f'{made}\n\ndef {operation["name"]}({text}):\n    """{words_of(operation)}"""\n    return {body}\n'
 
 

@@ -1,4 +1,4 @@
-"""Arrays that kernels cannot read as they lie: what is made of them, and what is wrong with them. python/src/arrays.hpp calls this."""
+"""Arrays that kernels cannot read as they lie: what is made of them, and what is wrong with them. python/src calls this."""
 
 from __future__ import annotations
 

@@ -29,7 +29,8 @@ from source (docs/python.md)"""
 def in_python(said: str) -> str:
     """A message of the importers, whose options are the program's, with Python's arguments."""
     said = re.sub(r" \(--(camera|channel)\)", "", said.replace("--undistorted", "undistorted=True"))
-    return re.sub(r"--(image|node|preset)(?: ([^ ;,)]+(?:,[^ ;,)]+)*))?", lambda m: f'{m[1]}="{m[2]}"' if m[2] else f"{m[1]}=", said)
+    said = re.sub(r"--preset ([^ ;,)]+(?:,[^ ;,)]+)*)", r'preset="\1"', said)
+    return re.sub(r"--(image|node|preset)", r"\1=", said)
 
 
 def warn(said: list[str], name: str) -> None:

@@ -13,7 +13,10 @@ def test_exceptions_are_what_python_expects():
 
 
 DEPTHS = {
-    "float64": (lambda d: d.astype(float), "depth: .* the dtype float64; it must be .* of float32, float16, uint32, uint16 or uint8"),
+    "float64": (
+        lambda d: d.astype(float),
+        "depth: .* the dtype float64; it must be .* of float32, float16, uint32, uint16 or uint8",
+    ),
     "int32": (lambda d: d.astype(numpy.int32), r"depth: .* the dtype int32; .*\.astype\(\)"),
     "bool": (lambda d: d > 0, "depth: .* the dtype bool; it must be"),
     "objects": (lambda d: d.astype(object), "depth: .* the dtype object"),
@@ -88,27 +91,48 @@ VALUES = {
     "no storage": (lambda d, c: fathom.linearize(d, c, storage="uint12"), "storage = 'uint12' is unknown; it is float32"),
     "no radius": (lambda d, c: fathom.ssao(d, c), 'radius: missing, and the camera has no "ao_distance"'),
     "a grey picture": (lambda d, c: fathom.fog(d, c, GREY, 0.1), "channels"),
-    "a picture of float64": (lambda d, c: fathom.fog(d, c, LIGHT, 0.1), "color: .* the dtype float64; .* of float32, float16, uint16 or uint8"),
-    "relative": (lambda d, c: fathom.dof_masks(d.astype(float), None, **RELATIVE), "depth: .* the dtype float64; .* of float32, float16, uint16 or uint8"),
+    "a picture of float64": (
+        lambda d, c: fathom.fog(d, c, LIGHT, 0.1),
+        "color: .* the dtype float64; .* of float32, float16, uint16 or uint8",
+    ),
+    "relative": (
+        lambda d, c: fathom.dof_masks(d.astype(float), None, **RELATIVE),
+        "depth: .* the dtype float64; .* of float32, float16, uint16 or uint8",
+    ),
     "normals of float64": (lambda d, c: fathom.ssao(d, c, 0.3, normals=LIGHT), "normals: .* the dtype float64; .* of float32, as"),
-    "light of bytes": (lambda d, c: fathom.restore_highlights(numpy.uint8(LIGHT), 2), "color: .* the dtype uint8; .* of float32, as"),
+    "light of bytes": (
+        lambda d, c: fathom.restore_highlights(numpy.uint8(LIGHT), 2),
+        "color: .* the dtype uint8; .* of float32, as",
+    ),
     "thickness of codes": (lambda d, c: fathom.ssao(d, c, 0.3, thickness=d), "thickness: .* the dtype uint16"),
     "thickness of a word": (lambda d, c: fathom.ssao(d, c, 0.3, thickness="thin"), "thickness = 'thin' must be silhouette"),
     "a tuple": (lambda d, c: fathom.linearize(d, c, out=(GREY,)), "out: a tuple is given, but this call has one result"),
     "device": (lambda d, c: fathom.linearize(d, c, device=3.5), "device: 3.5 is none"),
     "width": (lambda d, c: fathom.Device("", vector_width=3), "vector_width = 3 must be 1, 4, 8 or 16"),
-    "ignore": (lambda d, c: fathom.linearize(d, c, ignore=GREY[1:]), r"ignore: its shape is \(63, 96\); it must be that of the depth"),
+    "ignore": (
+        lambda d, c: fathom.linearize(d, c, ignore=GREY[1:]),
+        r"ignore: its shape is \(63, 96\); it must be that of the depth",
+    ),
 }
 TYPES = {
     "unknown": (lambda d, c: fathom.ssao(d, c, 0.3, bentnormal=True), "unexpected keyword argument 'bentnormal'"),
-    "a dict": (lambda d, c: fathom.linearize(d, {"width": 96}), r"camera = {'width': 96} must be a fathom.Camera, as fathom.Camera\("),
+    "a dict": (
+        lambda d, c: fathom.linearize(d, {"width": 96}),
+        r"camera = {'width': 96} must be a fathom.Camera, as fathom.Camera\(",
+    ),
     "no camera": (lambda d, c: fathom.ssao(d, None, 0.3), "camera = None must be a fathom.Camera, .* None is for relative depth"),
     "missing": (lambda d, c: fathom.linearize(d), "missing 1 required positional argument: 'camera'"),
     "too many": (lambda d, c: fathom.linearize(d, c, "inf"), "takes 2 positional arguments but 3 were given"),
     "no density": (lambda d, c: fathom.fog(d, c, d, None), "density = None must be a number from 0"),
     "text for a number": (lambda d, c: fathom.ssao(d, c, radius="big"), "radius = 'big' must be a number above 0"),
-    "long": (lambda d, c: fathom.ssao(d, c, 0.3, slices=10**400), "slices = 10{17}0*\\.\\.\\.0* must be a whole number from 1 to 64"),
-    "65 bits": (lambda d, c: fathom.depth_at(d, c, 2**64, 0), "pixel = .18446744073709551616, 0. must be two whole numbers: x and y"),
+    "long": (
+        lambda d, c: fathom.ssao(d, c, 0.3, slices=10**400),
+        "slices = 10{17}0*\\.\\.\\.0* must be a whole number from 1 to 64",
+    ),
+    "65 bits": (
+        lambda d, c: fathom.depth_at(d, c, 2**64, 0),
+        "pixel = .18446744073709551616, 0. must be two whole numbers: x and y",
+    ),
     "a number for a flag": (lambda d, c: fathom.ssao(d, c, 0.3, bent_normal=1), "bent_normal = 1 must be yes or no"),
     "too few": (lambda d, c: fathom.ssao(d, c, 0.3, region=(1, 2)), "region = .1, 2. must be four whole numbers"),
     "an origin": (lambda d, c: fathom.unproject(d, c, origin="abc"), "origin = 'abc' must be three finite numbers"),
@@ -119,10 +143,10 @@ FAILURES = {
     "size": (lambda d, c: fathom.linearize(d[:60], c), "is for 96 x 64 pixels, the image has 96 x 60"),
     "device": (lambda d, c: fathom.linearize(d, c, device="abacus"), 'no OpenCL device answers to "abacus"; there is: 0 '),
 }
-CASES = [(ValueError, *VALUES[k]) for k in VALUES] + [(TypeError, *TYPES[k]) for k in TYPES] + [(fathom.Error, *FAILURES[k]) for k in FAILURES]
+KINDS = ((ValueError, VALUES), (TypeError, TYPES), (fathom.Error, FAILURES))
 
 
-@pytest.mark.parametrize("kind, call, message", CASES, ids=[*VALUES, *TYPES, *FAILURES])
+@pytest.mark.parametrize("kind, call, message", [(kind, *case) for kind, cases in KINDS for case in cases.values()])
 def test_a_mistake_is_told_by_its_type_and_in_one_line(millimetres, kinect, kind, call, message):
     with pytest.raises(kind, match=message) as caught:
         call(millimetres, kinect)

@@ -179,7 +179,12 @@ def test_depth_of_another_size_is_brought_to_the_pictures(agrees, metres, keys):
 def test_several_results_are_the_programs(tmp_path, agrees, millimetres, kinect, in_metres):
     """Those that are asked for, and None for the others."""
     for command, first, wanted, got in (
-        (["ssao", "--radius", 0.4], "visibility", ["bent_normal", "confidence"], lambda more: fathom.ssao(millimetres, kinect, 0.4, **more)),
+        (
+            ["ssao", "--radius", 0.4],
+            "visibility",
+            ["bent_normal", "confidence"],
+            lambda more: fathom.ssao(millimetres, kinect, 0.4, **more),
+        ),
         (
             ["dof-masks", "--mask", "coc", *LENS_OPTIONS],
             "coc",
