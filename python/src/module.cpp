@@ -147,7 +147,7 @@ Device device_of(nb::handle choice) {
 NB_MODULE(_fathom, module) {
     using namespace fathom::python;
     module.doc() = "Exact post-processing of depth images.";
-    module.attr("__version__") = FATHOM_VERSION;
+    module.attr("_version") = FATHOM_VERSION;
     const auto error = nb::exception<fathom::Error>(module, "Error", PyExc_RuntimeError);
     error.doc() = "A failure of the device, its driver or a file.";
     nb::exception<fathom::NoDevice>(module, "NoDevice", error.ptr()).doc() =
