@@ -235,13 +235,15 @@ public:
         const int width = image.width(), height = image.height();
         host.storage = storage_of(image.element(), image.channels(), storage, camera.file.packing, argument);
         const StoredDepth depth{image, camera.of_size(width, height), host.storage};
-        if (!std::exchange(camera.are_keys_told, true))
+        if (!camera.are_keys_told)
             warn(key_doubts(camera.file.text, width, height), "Camera");
+        camera.are_keys_told = true;
         if (host.data && !camera.is_depth_told && in(arguments_, "ignore").is_none()) {
             std::vector<std::string> said;
-            {
+            try {
                 const Unlocked released;
                 said = depth_doubts_of_sample(depth.camera, host);
+            } catch (const std::invalid_argument&) { // the operation says it
             }
             warn(said, argument);
             camera.is_depth_told = true;
