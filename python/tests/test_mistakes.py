@@ -1,4 +1,4 @@
-"""Bad input gets one clear exception, and nothing is written."""
+"""Bad input gets one clear exception of the type that docs/python.md names, and nothing is written."""
 
 import numpy
 import pytest
@@ -13,28 +13,22 @@ def test_exceptions_are_what_python_expects():
 
 
 DEPTHS = {
-    "float64": (lambda d: d.astype(float), r"depth: its dtype is float64; it must be float32.*astype\(numpy.float32\)"),
-    "int32": (
-        lambda d: d.astype(numpy.int32),
-        r"depth: its dtype is int32; .*as .astype\(numpy.uint16\) makes it of numbers from 0 to 65535",
+    "float64": (
+        lambda d: d.astype(float),
+        "depth: .* the dtype float64; it must be .* of float32, float16, uint32, uint16 or uint8",
     ),
-    "bool": (lambda d: d > 0, "depth: its dtype is bool; .*that is a mask"),
-    "BGRA": (lambda d: numpy.zeros((HEIGHT, WIDTH, 4), numpy.uint8), r"uint8 in 4 channels; .*\[\.\.\., :3\]"),
-    "too large": (
-        lambda d: numpy.broadcast_to(numpy.zeros(1, numpy.uint8), (1, 2**31)),
-        r"depth: its shape is \(1, 2147483648\); a side may be 1 to 1073741824",
-    ),
-    "objects": (lambda d: d.astype(object), "depth: its dtype is object"),
-    "no rows": (lambda d: d[:0], r"depth: its shape is \(0, 96\); a side may be 1 to"),
-    "one dimension": (lambda d: d.ravel(), r"depth: its shape is \(6144,\); it must be \(height, width\)"),
-    "two channels": (lambda d: numpy.stack([d, d], -1), "depth: it holds uint16 in 2 channels; depth has one channel"),
-    "bytes": (
-        lambda d: (d >> 8).astype(numpy.uint8),
-        "depth: it holds uint8, which may be a picture; .*storage='uint8'",
-    ),
+    "int32": (lambda d: d.astype(numpy.int32), r"depth: .* the dtype int32; .*\.astype\(\)"),
+    "bool": (lambda d: d > 0, "depth: .* the dtype bool; it must be"),
+    "objects": (lambda d: d.astype(object), "depth: .* the dtype object"),
+    "no rows": (lambda d: d[:0], r"depth: it has the shape \(0, 96\) .* must be \(height, width\)"),
+    "one dimension": (lambda d: d.ravel(), r"depth: it has the shape \(6144,\) .* must be \(height, width\)"),
+    "too large": (lambda d: numpy.broadcast_to(numpy.zeros(1, numpy.uint8), (1, 2**31)), "from 1 to 1073741824"),
+    "two channels": (lambda d: numpy.stack([d, d], -1), "depth: it holds uint16 in 2 channels.* it has one channel"),
+    "BGRA": (lambda d: numpy.zeros((HEIGHT, WIDTH, 4), numpy.uint8), "uint8 in 4 channels"),
+    "bytes": (lambda d: (d >> 8).astype(numpy.uint8), "uint8 in 1 channel, .*a picture, .*storage= .*'uint8'"),
     "a picture": (lambda d: numpy.zeros((HEIGHT, WIDTH, 3), numpy.uint8), "'bgr8-red-low'"),
-    "a list": (lambda d: d.tolist(), "depth: list is no array"),
-    "nothing": (lambda d: None, "depth"),
+    "a list": (lambda d: d.tolist(), "depth: list does not give its memory by the buffer protocol or DLPack"),
+    "nothing": (lambda d: None, "depth: NoneType"),
 }
 
 
@@ -42,39 +36,25 @@ DEPTHS = {
 def test_depth_of_no_use(millimetres, kinect, kind):
     make, message = DEPTHS[kind]
     out = numpy.full((HEIGHT, WIDTH), 7, numpy.float32)
-    with pytest.raises((ValueError, TypeError), match=message):
+    with pytest.raises(ValueError, match=message):
         fathom.linearize(make(millimetres), kinect, out=out)
     assert (out == 7).all()
 
 
-def test_an_image_of_another_size(millimetres, kinect):
-    with pytest.raises(fathom.Error, match="is for 96 x 64 pixels, the image has 96 x 60"):
-        fathom.linearize(millimetres[:60], kinect)
-
-
-def read_only(a):
-    a.flags.writeable = False
-    return a
+def sevens(*shape, dtype=numpy.float32):
+    return numpy.full(shape, 7, dtype)
 
 
 OUTS = {
-    "float64": (lambda: numpy.full((HEIGHT, WIDTH), 7.0), "out: its dtype is float64; it must be float32"),
-    "of the other byte order": (
-        lambda: numpy.full((HEIGHT, WIDTH), 7, numpy.dtype(numpy.float32).newbyteorder()),
-        "out: its dtype is >f4, which cannot be used as it lies; .*this machine's byte order",
-    ),
-    "too small": (
-        lambda: numpy.full((HEIGHT - 1, WIDTH), 7, numpy.float32),
-        r"out: its shape is \(63, 96\); it must be \(64, 96\)",
-    ),
-    "three channels": (lambda: numpy.full((HEIGHT, WIDTH, 3), 7, numpy.float32), r"out: its shape is \(64, 96, 3\)"),
-    "gaps": (lambda: numpy.full((HEIGHT, 2 * WIDTH), 7, numpy.float32)[:, ::2], "out: has gaps between its columns"),
-    "backwards": (lambda: numpy.full((HEIGHT, WIDTH), 7, numpy.float32)[::-1], "out: has gaps .* go backwards"),
-    "columns first": (lambda: numpy.full((WIDTH, HEIGHT), 7, numpy.float32).T, "out: has gaps"),
-    "read-only": (lambda: read_only(numpy.full((HEIGHT, WIDTH), 7, numpy.float32)), "out: is read-only"),
+    "float64": (lambda: sevens(HEIGHT, WIDTH, dtype=float), "out: .* the dtype <f8, .* of float32"),
+    "of the other byte order": (lambda: sevens(HEIGHT, WIDTH, dtype=">f4"), "out: .* the dtype >f4, .* this machine's byte order"),
+    "too small": (lambda: sevens(HEIGHT - 1, WIDTH), r"out: has the shape \(63, 96\), .* must be writable, and \(64, 96\)"),
+    "three channels": (lambda: sevens(HEIGHT, WIDTH, 3), r"out: has the shape \(64, 96, 3\)"),
+    "gaps": (lambda: sevens(HEIGHT, 2 * WIDTH)[:, ::2], "out: .* gaps between rows only"),
+    "backwards": (lambda: sevens(HEIGHT, WIDTH)[::-1], "out: .* rows that go forwards"),
     "overlapping rows": (
-        lambda: numpy.lib.stride_tricks.as_strided(numpy.full(9999, 7, numpy.float32), (HEIGHT, WIDTH), (40, 4)),
-        "out: has gaps",
+        lambda: numpy.lib.stride_tricks.as_strided(sevens(9999), (HEIGHT, WIDTH), (40, 4)),
+        "out: .* gaps between rows only",
     ),
 }
 
@@ -96,139 +76,85 @@ def test_an_out_over_an_input(metres, keys):
 
 
 def test_the_second_out_is_checked_before_the_first_is_written(millimetres, kinect):
-    good, bad = numpy.full((HEIGHT, WIDTH), 7, numpy.float32), numpy.zeros((HEIGHT, WIDTH))
-    with pytest.raises(ValueError, match="out.confidence: its dtype is float64"):
+    good, bad = sevens(HEIGHT, WIDTH), numpy.zeros((HEIGHT, WIDTH))
+    with pytest.raises(ValueError, match="out.confidence: .* the dtype <f8"):
         fathom.ssao(millimetres, kinect, radius=0.3, confidence=True, out=(good, None, bad))
     assert (good == 7).all()
     with pytest.raises(ValueError, match="out: must be a tuple of 3"):
         fathom.ssao(millimetres, kinect, radius=0.3, confidence=True, out=good)
 
 
-CALLS = {
-    "storage": (
-        lambda d, c: fathom.linearize(d, c, storage="uint8"),
-        "depth: it holds uint16, which the storage 'uint8' does not",
-    ),
+GREY, LIGHT = numpy.zeros((HEIGHT, WIDTH), numpy.float32), numpy.zeros((HEIGHT, WIDTH, 3))
+RELATIVE = {"relative": "low-is-near", "blur_px": 9, "focus_at": (1, 2)}
+VALUES = {
+    "storage": (lambda d, c: fathom.linearize(d, c, storage="uint8"), "depth: it holds uint16 in 1 channel, which is not"),
+    "no storage": (lambda d, c: fathom.linearize(d, c, storage="uint12"), "storage = 'uint12' is unknown; it is float32"),
     "no radius": (lambda d, c: fathom.ssao(d, c), 'radius: missing, and the camera has no "ao_distance"'),
-    "a grey picture": (lambda d, c: fathom.fog(d, c, numpy.zeros((HEIGHT, WIDTH), numpy.float32), 0.1), "channels"),
+    "a grey picture": (lambda d, c: fathom.fog(d, c, GREY, 0.1), "channels"),
     "a picture of float64": (
-        lambda d, c: fathom.fog(d, c, numpy.zeros((HEIGHT, WIDTH, 3)), 0.1),
-        r"color: its dtype is float64; it must be float32, float16, uint16 or uint8, as .astype\(numpy.float32\)",
+        lambda d, c: fathom.fog(d, c, LIGHT, 0.1),
+        "color: .* the dtype float64; .* of float32, float16, uint16 or uint8",
     ),
-    "a picture of numbers": (
-        lambda d, c: fathom.fog(d, c, numpy.zeros((HEIGHT, WIDTH, 3), "U1"), 0.1),
-        "color: its dtype is <U1.*; it must be float32, float16, uint16 or uint8",
+    "relative": (
+        lambda d, c: fathom.dof_masks(d.astype(float), None, **RELATIVE),
+        "depth: .* the dtype float64; .* of float32, float16, uint16 or uint8",
     ),
-    "relative depth of float64": (
-        lambda d, c: fathom.dof_masks(d.astype(float), None, relative="low-is-near", blur_px=9, focus_at=(1, 2)),
-        r"depth: its dtype is float64; it must be float32, float16, uint16 or uint8, as .astype\(numpy.float32\)",
-    ),
-    "normals of float64": (
-        lambda d, c: fathom.ssao(d, c, 0.3, normals=numpy.zeros((HEIGHT, WIDTH, 3))),
-        "normals: its dtype is float64; it must be float32, as",
-    ),
-    "fog of bytes": (
-        lambda d, c: fathom.fog(d, c, numpy.zeros((HEIGHT, WIDTH, 3), numpy.uint8), 0.1, fog_color=(128, 153, 179)),
-        r"fog_color = \(128.0, 153.0, 179.0\): .*0 to 1 for uint8, too; divide by 255",
-    ),
-    "a tuple for one result": (
-        lambda d, c: fathom.linearize(d, c, out=(numpy.zeros((HEIGHT, WIDTH), numpy.float32),)),
-        "out: a tuple is given, but this call has one result",
-    ),
-    "device": (lambda d, c: fathom.linearize(d, c, device=3.5), "device: 3.5 is none"),
-    "thickness of codes": (lambda d, c: fathom.ssao(d, c, 0.3, thickness=d), "thickness: its dtype is uint16"),
-    "thickness of a word": (
-        lambda d, c: fathom.ssao(d, c, 0.3, thickness="thin"),
-        "thickness = 'thin' is unknown; it is a number, an array, 'silhouette' or a fathom.BackDepth",
-    ),
-    "a target of what is not asked for": (
-        lambda d, c: fathom.ssao(
-            d, c, 0.3, bent_normal=True, out=(None, None, numpy.zeros((HEIGHT, WIDTH), numpy.float32))
-        ),
-        "out.confidence: is given, but the call does not ask for this result",
-    ),
+    "normals of float64": (lambda d, c: fathom.ssao(d, c, 0.3, normals=LIGHT), "normals: .* the dtype float64; .* of float32, as"),
     "light of bytes": (
-        lambda d, c: fathom.restore_highlights(numpy.zeros((2, 2, 3), numpy.uint8), 2),
-        "color: its dtype is uint8; it must be float32",
+        lambda d, c: fathom.restore_highlights(numpy.uint8(LIGHT), 2),
+        "color: .* the dtype uint8; .* of float32, as",
+    ),
+    "thickness of codes": (lambda d, c: fathom.ssao(d, c, 0.3, thickness=d), "thickness: .* the dtype uint16"),
+    "thickness of a word": (lambda d, c: fathom.ssao(d, c, 0.3, thickness="thin"), "thickness = 'thin' must be silhouette"),
+    "a tuple": (lambda d, c: fathom.linearize(d, c, out=(GREY,)), "out: a tuple is given, but this call has one result"),
+    "device": (lambda d, c: fathom.linearize(d, c, device=3.5), "device: 3.5 is none"),
+    "width": (lambda d, c: fathom.Device("", vector_width=3), "vector_width = 3 must be 1, 4, 8 or 16"),
+    "ignore": (
+        lambda d, c: fathom.linearize(d, c, ignore=GREY[1:]),
+        r"ignore: its shape is \(63, 96\); it must be that of the depth",
     ),
 }
-
-
-@pytest.mark.parametrize("kind", CALLS)
-def test_arguments_out_of_range(millimetres, kinect, kind):
-    call, message = CALLS[kind]
-    with pytest.raises(ValueError, match=message):
-        call(millimetres, kinect)
-
-
-def test_an_unknown_device_names_those_that_are_there(millimetres, kinect):
-    with pytest.raises(fathom.NoDevice, match='no OpenCL device answers to "abacus"; there is: 0 '):
-        fathom.linearize(millimetres, kinect, device="abacus")
-    with pytest.raises(ValueError, match="vector_width = 3 must be 1, 4, 8 or 16"):
-        fathom.Device("", vector_width=3)
-
-
 TYPES = {
-    "unknown": (
-        lambda d, c: fathom.ssao(d, c, 0.3, bentnormal=True),
-        "ssao() got an unexpected keyword argument 'bentnormal'",
-    ),
-    "unlike any": (lambda d, c: fathom.linearize(d, c, qqqq=1), "linearize() got an unexpected keyword argument 'qqqq'"),
+    "unknown": (lambda d, c: fathom.ssao(d, c, 0.3, bentnormal=True), "unexpected keyword argument 'bentnormal'"),
     "a dict": (
         lambda d, c: fathom.linearize(d, {"width": 96}),
-        "linearize(): camera must be a fathom.Camera, not {'width': 96}; fathom.Camera(**keys) makes one",
+        r"camera = {'width': 96} must be a fathom.Camera, as fathom.Camera\(",
     ),
-    "the order of 0.2": (
-        lambda d, c: fathom.fog("picture", "depth", c, 0.1),
-        "fog(): camera must be a fathom.Camera, not 'depth'; depth and camera come first, then color",
-    ),
-    "missing": (lambda d, c: fathom.linearize(d), "linearize() missing 1 required positional argument: 'camera'"),
-    "too many": (lambda d, c: fathom.linearize(d, c, "inf"), "linearize() takes 2 positional arguments but 3 were given"),
-    "no density": (lambda d, c: fathom.fog(d, c, d), "fog() missing 1 required positional argument: 'density'"),
-    "text for a number": (lambda d, c: fathom.ssao(d, c, radius="big"), "ssao(): radius must be a number above 0, not 'big'"),
-    "a fraction": (
+    "no camera": (lambda d, c: fathom.ssao(d, None, 0.3), "camera = None must be a fathom.Camera, .* None is for relative depth"),
+    "missing": (lambda d, c: fathom.linearize(d), "missing 1 required positional argument: 'camera'"),
+    "too many": (lambda d, c: fathom.linearize(d, c, "inf"), "takes 2 positional arguments but 3 were given"),
+    "no density": (lambda d, c: fathom.fog(d, c, d, None), "density = None must be a number from 0"),
+    "text for a number": (lambda d, c: fathom.ssao(d, c, radius="big"), "radius = 'big' must be a number above 0"),
+    "long": (
         lambda d, c: fathom.ssao(d, c, 0.3, slices=10**400),
-        "ssao(): slices must be a whole number from 1 to 64, not 100000000000000000...0000000000000000000",
+        "slices = 10{17}0*\\.\\.\\.0* must be a whole number from 1 to 64",
     ),
-    "65 bits": (lambda d, c: fathom.depth_at(d, c, 2**64, 0), "depth_at(): pixel must be two whole numbers: x and y, not (18446744073709551616, 0)"),
-    "a number for a flag": (
-        lambda d, c: fathom.ssao(d, c, 0.3, bent_normal=1),
-        "ssao(): bent_normal must be True or False, not 1",
+    "65 bits": (
+        lambda d, c: fathom.depth_at(d, c, 2**64, 0),
+        "pixel = .18446744073709551616, 0. must be two whole numbers: x and y",
     ),
-    "too few": (
-        lambda d, c: fathom.ssao(d, c, 0.3, region=(1, 2)),
-        "ssao(): region must be four whole numbers: x, y, and a width and a height from 1, not (1, 2)",
-    ),
-    "an origin": (
-        lambda d, c: fathom.unproject(d, c, origin="abc"),
-        "unproject(): origin must be three finite numbers, not 'abc'",
-    ),
-    "a point": (
-        lambda d, c: fathom.dof_masks(d, c, focus_at=3, f_stop=2),
-        "dof_masks(): focus_at must be two whole numbers: x and y, not 3",
-    ),
-    "a ray": (
-        lambda d, c: fathom.dof_masks(d, c, focus_along=(1, 2), f_stop=2),
-        "dof_masks(): focus_along must be a pixel's two whole numbers and a distance above 0, or inf, not (1, 2)",
-    ),
-    "of load": (lambda d, c: fathom.Camera.load("x", nod="y"), "load() got an unexpected keyword argument 'nod'"),
+    "a number for a flag": (lambda d, c: fathom.ssao(d, c, 0.3, bent_normal=1), "bent_normal = 1 must be yes or no"),
+    "too few": (lambda d, c: fathom.ssao(d, c, 0.3, region=(1, 2)), "region = .1, 2. must be four whole numbers"),
+    "an origin": (lambda d, c: fathom.unproject(d, c, origin="abc"), "origin = 'abc' must be three finite numbers"),
+    "of load": (lambda d, c: fathom.Camera.load("x", nod="y"), "unexpected keyword argument 'nod'"),
     "no path": (lambda d, c: fathom.Camera.load(3), "expected str, bytes or os.PathLike object, not int"),
 }
+FAILURES = {
+    "size": (lambda d, c: fathom.linearize(d[:60], c), "is for 96 x 64 pixels, the image has 96 x 60"),
+    "device": (lambda d, c: fathom.linearize(d, c, device="abacus"), 'no OpenCL device answers to "abacus"; there is: 0 '),
+}
+KINDS = ((ValueError, VALUES), (TypeError, TYPES), (fathom.Error, FAILURES))
 
 
-@pytest.mark.parametrize("kind", TYPES)
-def test_types_that_do_not_fit(millimetres, kinect, kind):
-    call, message = TYPES[kind]
-    with pytest.raises(TypeError) as caught:
+@pytest.mark.parametrize("kind, call, message", [(kind, *case) for kind, cases in KINDS for case in cases.values()])
+def test_a_mistake_is_told_by_its_type_and_in_one_line(millimetres, kinect, kind, call, message):
+    with pytest.raises(kind, match=message) as caught:
         call(millimetres, kinect)
-    assert str(caught.value) == message
+    assert "\n" not in str(caught.value)
 
 
 def test_a_type_error_of_an_argument_is_its_own(kinect):
     class Wrong:
-        def __array_interface__(self):
-            pass
-
         def __dlpack__(self, **options):
             raise ZeroDivisionError("mine")
 
@@ -237,8 +163,3 @@ def test_a_type_error_of_an_argument_is_its_own(kinect):
 
     with pytest.raises(TypeError, match="mine, too"):
         fathom.linearize(Wrong(), kinect)
-
-
-def test_fog_may_be_brighter_than_one_in_floats(millimetres, kinect):
-    color = numpy.zeros((HEIGHT, WIDTH, 3), numpy.float32)
-    assert fathom.fog(millimetres, kinect, color, 5, fog_color=(0, 4, 0))[20, 20, 1] > 3.9

@@ -50,7 +50,7 @@ def test_the_snippet_of_the_readme_runs():
 
 
 def test_every_function_is_documented_and_typed():
-    files = [pathlib.Path(fathom.__file__).with_name(name) for name in ("_fathom.pyi", "_more.py", "_operations.pyi")]
+    files = [pathlib.Path(fathom.__file__).with_name(name) for name in ("_camera.py", "_fathom.pyi", "_more.py", "_operations.pyi")]
     assert pathlib.Path(fathom.__file__).with_name("py.typed").exists()
     for file in files:
         compile(file.read_text(), file.name, "exec")

@@ -51,6 +51,8 @@ def masks(name):
 # Operation by name: the program's arguments, and the same call.
 OPERATIONS = {
     "linearize": (["linearize", "--background", "decode"], lambda d, c, _: fathom.linearize(d, c, background="decode")),
+    "ray-distance": (["linearize", "--as", "ray-distance"], lambda d, c, _: fathom.linearize(d, c, as_="ray-distance")),
+    "no-mixed-pixels": (["unproject", "--no-mixed-pixels"], lambda d, c, _: fathom.unproject(d, c, no_mixed_pixels=True)),
     "unproject": (
         ["unproject", "--space", "world", "--origin", "1,2,3"],
         lambda d, c, _: fathom.unproject(d, c, space="world", origin=(1, 2, 3)),
@@ -115,6 +117,30 @@ def picture(shape):
     return numpy.stack([x / 96, y / 64, (x.astype(int) // 8 + y.astype(int) // 8) % 2], axis=-1).astype(numpy.float32)
 
 
+@pytest.fixture
+def agrees(tmp_path, program):
+    """Does the program make the same of depth, camera and picture in files?"""
+
+    def agrees(got, arguments, depth, keys=None, color=None, extension=".npy"):
+        write_depth(tmp_path / ("depth" + extension), depth)
+        if keys is not None:
+            (tmp_path / "camera.json").write_text(json.dumps(keys))
+            arguments = [*arguments, "--camera", tmp_path / "camera.json"]
+        if color is not None:
+            write_pfm(tmp_path / "color.pfm", color)
+            arguments = [*arguments, "--color", tmp_path / "color.pfm"]
+        program(*arguments, tmp_path / ("depth" + extension), "-o", tmp_path / "r.npy")
+        return same_bits(got, numpy.load(tmp_path / "r.npy"))
+
+    return agrees
+
+
+@pytest.fixture
+def in_metres(keys):
+    """The keys for millimetres."""
+    return {**keys, "scale": 0.001, "missing": 0}
+
+
 # Each storage and each operation: how depth is read does not depend on what is made of it.
 PAIRS = [(storage, "linearize") for storage in STORAGES] + [
     (list(STORAGES)[i % len(STORAGES)], operation) for i, operation in enumerate(OPERATIONS)
@@ -122,148 +148,91 @@ PAIRS = [(storage, "linearize") for storage in STORAGES] + [
 
 
 @pytest.mark.parametrize("storage, operation", PAIRS)
-def test_the_program_gives_the_same_bits(tmp_path, program, metres, keys, storage, operation):
+def test_the_program_gives_the_same_bits(agrees, metres, keys, storage, operation):
     make, more_keys, extension = STORAGES[storage]
-    depth = make(metres)
-    color = picture(depth.shape)
-    camera = {**keys, **more_keys}
-    (tmp_path / "camera.json").write_text(json.dumps(camera))
-    write_depth(tmp_path / ("depth" + extension), depth)
     arguments, call = OPERATIONS[operation]
-    if arguments[0] in ("dof", "fog"):
-        write_pfm(tmp_path / "color.pfm", color)
-        arguments = [*arguments, "--color", tmp_path / "color.pfm"]
-    program(
-        *arguments, tmp_path / ("depth" + extension), "--camera", tmp_path / "camera.json", "-o", tmp_path / "r.npy"
-    )
-
-    expected = numpy.load(tmp_path / "r.npy")
+    depth, camera = make(metres), {**keys, **more_keys}
+    color = picture(depth.shape)
     got = call(depth, fathom.Camera(**camera), color)
-    assert numpy.unique(expected[numpy.isfinite(expected)]).size >= 2  # a picture of something
-    assert same_bits(got, expected)
+    assert numpy.unique(got[numpy.isfinite(got)]).size >= 2  # a picture of something
+    assert agrees(got, arguments, depth, camera, color if arguments[0] in ("dof", "fog") else None, extension)
 
 
-def test_depth_of_another_size_is_brought_to_the_pictures(tmp_path, program, metres, keys):
+def test_depth_of_another_size_is_brought_to_the_pictures(agrees, metres, keys):
     depth = metres.astype(numpy.float32)
     color = picture((3 * depth.shape[0], 3 * depth.shape[1]))
-    (tmp_path / "camera.json").write_text(json.dumps(keys))
-    numpy.save(tmp_path / "d.npy", depth)
-    write_pfm(tmp_path / "color.pfm", color)
     camera = fathom.Camera(**keys)
+    at = {"focus_at": (150, 99), "f_stop": 0.1, "sensor_mm": 36}
     for arguments, got in (
         (["fog", "--density", 0.3], fathom.fog(depth, camera, color, 0.3)),
         (["dof", "--circle", "8,20"], fathom.dof(depth, camera, color, circle=(8, 20))),
-        (
-            ["dof", "--focus-at", "150,99", "--f-stop", 0.1, "--sensor-mm", 36],
-            fathom.dof(depth, camera, color, focus_at=(150, 99), f_stop=0.1, sensor_mm=36),
-        ),
+        (["dof", "--focus-at", "150,99", "--f-stop", 0.1, "--sensor-mm", 36], fathom.dof(depth, camera, color, **at)),
         (["dof-masks", "--mask", "coc", "--circle", "8,20"], fathom.dof_masks(depth, camera, circle=(8, 20), color=color).coc),
     ):
-        program(
-            *(*arguments, tmp_path / "d.npy", "--color", tmp_path / "color.pfm", "--camera", tmp_path / "camera.json"),
-            *("-o", tmp_path / "r.npy"),
-        )
-        assert same_bits(got, numpy.load(tmp_path / "r.npy"))
+        assert agrees(got, arguments, depth, keys, color)
     on_device = fathom.fog(fathom.Image(depth), camera, fathom.Image(color), 0.3)
     assert same_bits(on_device.numpy(), fathom.fog(depth, camera, color, 0.3))
-    ignored = numpy.zeros(depth.shape, bool)
-    ignored[20:40, 30:50] = True
-    masks = fathom.dof_masks(depth, camera, circle=(8, 20), color=color, ignore=ignored)
-    assert numpy.isnan(masks.coc[75:105, 105:135]).all() and not numpy.isnan(masks.coc[:45]).any()
     with pytest.raises(ValueError, match="same ratio of width to height"):
         fathom.fog(depth, camera, color[:-20], 0.3)
 
 
-def test_all_results_of_ssao_are_the_programs(tmp_path, program, millimetres, kinect, keys):
-    (tmp_path / "camera.json").write_text(json.dumps({**keys, "scale": 0.001, "missing": 0}))
-    numpy.save(tmp_path / "d.npy", millimetres)
-    program(
-        *("ssao", tmp_path / "d.npy", "--camera", tmp_path / "camera.json", "--radius", 0.4),
-        *("-o", tmp_path / "v.npy", "--bent-normal", tmp_path / "b.npy", "--confidence", tmp_path / "c.npy"),
-    )
-    got = fathom.ssao(millimetres, kinect, radius=0.4, bent_normal=True, confidence=True)
-    assert isinstance(got, fathom.Occlusion)
-    for name, field in zip("vbc", got):
-        assert same_bits(field, numpy.load(tmp_path / (name + ".npy")))
+def test_several_results_are_the_programs(tmp_path, agrees, millimetres, kinect, in_metres):
+    """Those that are asked for, and None for the others."""
+    for command, first, wanted, got in (
+        (
+            ["ssao", "--radius", 0.4],
+            "visibility",
+            ["bent_normal", "confidence"],
+            lambda more: fathom.ssao(millimetres, kinect, 0.4, **more),
+        ),
+        (
+            ["dof-masks", "--mask", "coc", *LENS_OPTIONS],
+            "coc",
+            ["max_near_coc", "near_alpha", "disocclusion", "mixed_pixels", "tile_min_coc", "tile_max_coc"],
+            lambda more: fathom.dof_masks(millimetres, kinect, **LENS, **more),
+        ),
+    ):
+        options = [part for name in wanted for part in ("--" + name.replace("_", "-"), tmp_path / (name + ".npy"))]
+        made = got(dict.fromkeys(wanted, True))
+        assert agrees(getattr(made, first), command + options, millimetres, in_metres)
+        for name in wanted:
+            assert same_bits(getattr(made, name), numpy.load(tmp_path / (name + ".npy")))
+        assert [name for name in made._fields if getattr(made, name) is not None] == [first, *wanted]
 
 
-def test_more_masks_are_the_programs(tmp_path, program, millimetres, kinect, keys):
-    (tmp_path / "camera.json").write_text(json.dumps({**keys, "scale": 0.001, "missing": 0}))
-    numpy.save(tmp_path / "d.npy", millimetres)
-    wanted = ["max_near_coc", "near_alpha", "disocclusion", "mixed_pixels", "tile_min_coc", "tile_max_coc"]
-    options = [part for name in wanted for part in ("--" + name.replace("_", "-"), tmp_path / (name + ".npy"))]
-    program(
-        *("dof-masks", tmp_path / "d.npy", "--camera", tmp_path / "camera.json", *LENS_OPTIONS, *options),
-        *("-o", tmp_path / "masks.exr"),
-    )
-    got = fathom.dof_masks(millimetres, kinect, **LENS, **dict.fromkeys(wanted, True))
-    for name in wanted:
-        assert same_bits(getattr(got, name), numpy.load(tmp_path / (name + ".npy")))
-    assert got.near_weight is None and got.focus_weight is None and got.far_weight is None
-    tiles = got.coc.reshape(4, 16, 6, 16)
-    assert same_bits(got.tile_min_coc, numpy.nanmin(tiles, axis=(1, 3)))
-    assert same_bits(got.tile_max_coc, numpy.nanmax(tiles, axis=(1, 3)))
-
-
-def test_a_thickness_for_each_pixel_is_the_programs(tmp_path, program, millimetres, kinect, keys):
-    (tmp_path / "camera.json").write_text(json.dumps({**keys, "scale": 0.001, "missing": 0}))
-    numpy.save(tmp_path / "d.npy", millimetres)
+def test_thicknesses_are_the_programs(tmp_path, agrees, millimetres, kinect, in_metres):
     thickness = numpy.linspace(0, 0.5, millimetres.size, dtype=numpy.float32).reshape(millimetres.shape)
     numpy.save(tmp_path / "t.npy", thickness)
-    program(
-        *("ssao", tmp_path / "d.npy", "--camera", tmp_path / "camera.json", "--radius", 0.4),
-        *("--thickness-map", tmp_path / "t.npy", "-o", tmp_path / "v.npy"),
-    )
     got = fathom.ssao(millimetres, kinect, 0.4, thickness=thickness)
-    assert same_bits(got, numpy.load(tmp_path / "v.npy"))
+    assert agrees(got, ["ssao", "--radius", 0.4, "--thickness-map", tmp_path / "t.npy"], millimetres, in_metres)
     constant = fathom.ssao(millimetres, kinect, 0.4, thickness=numpy.float32(0.25))  # a number of NumPy's is a number
     assert same_bits(constant, fathom.ssao(millimetres, kinect, 0.4, thickness=0.25))
+    hollow = fathom.ssao(millimetres, kinect, 0.4, thickness=fathom.BackDepth(millimetres))  # as deep as a thickness of 0
+    assert numpy.nanmax(numpy.abs(hollow - fathom.ssao(millimetres, kinect, 0.4, thickness=0))) < 0.01
+    assert numpy.nanmean(hollow) > numpy.nanmean(fathom.ssao(millimetres, kinect, 0.4, thickness=float("inf")))
 
 
-def test_a_back_as_deep_as_a_thickness_is_that_thickness(millimetres, kinect):
-    hollow = fathom.ssao(millimetres, kinect, 0.4, thickness=fathom.BackDepth(millimetres))
-    solid = fathom.ssao(millimetres, kinect, 0.4, thickness=float("inf"))
-    assert not same_bits(hollow, solid) and numpy.nanmean(hollow) > numpy.nanmean(solid)
-    none = fathom.ssao(millimetres, kinect, 0.4, thickness=0)
-    assert numpy.nanmax(numpy.abs(hollow - none)) < 0.01
-
-
-def test_filled_depth_blurs_as_the_program_does(tmp_path, program, millimetres, kinect, keys):
-    (tmp_path / "camera.json").write_text(json.dumps({**keys, "scale": 0.001, "missing": 0}))
-    color = picture(millimetres.shape)
-    numpy.save(tmp_path / "d.npy", millimetres)
-    write_pfm(tmp_path / "color.pfm", color)
-    program(
-        *("dof", tmp_path / "d.npy", "--camera", tmp_path / "camera.json", "--color", tmp_path / "color.pfm"),
-        *(*LENS_OPTIONS, "--invalid", "fill", "-o", tmp_path / "r.npy"),
-    )
+def test_repaired_depth_blurs_as_the_program_does(agrees, millimetres, kinect, in_metres):
+    color, image = picture(millimetres.shape), fathom.Image(millimetres)
+    for repair, name, repaired, there in (
+        (["--invalid", "fill"], {"invalid": "fill"}, fathom.fill_invalid(millimetres, kinect), fathom.fill_invalid(image, kinect)),
+        (
+            ["--grow-foreground", "2"],
+            {"grow_foreground": 2},
+            fathom.grow_foreground(millimetres, kinect, 2),
+            fathom.grow_foreground(image, kinect, 2),
+        ),
+    ):
+        got = fathom.dof(repaired, kinect, color, **LENS)
+        assert repaired.dtype == millimetres.dtype and not same_bits(repaired, millimetres)
+        assert same_bits(there.numpy(), repaired)
+        assert agrees(got, ["dof", *LENS_OPTIONS, *repair], millimetres, in_metres, color)
+        assert same_bits(got, fathom.dof(millimetres, kinect, color, **LENS, **name))
     filled = fathom.fill_invalid(millimetres, kinect)
-    assert filled.dtype == millimetres.dtype and (filled > 0).all()
-    assert (filled[millimetres > 0] == millimetres[millimetres > 0]).all()
-    assert filled[0, 0] == millimetres[0, 6] and (millimetres[0, :6] == 0).all()
-    assert same_bits(fathom.dof(filled, kinect, color, **LENS), numpy.load(tmp_path / "r.npy"))
-    assert same_bits(fathom.dof(millimetres, kinect, color, **LENS, invalid="fill"), numpy.load(tmp_path / "r.npy"))
-    image = fathom.Image(millimetres)
-    assert same_bits(fathom.fill_invalid(image, kinect).numpy(), filled)
-
-
-def test_a_grown_foreground_is_the_programs(tmp_path, program, metres, keys):
-    depth, color = metres.astype(numpy.float32), picture(metres.shape)
-    (tmp_path / "camera.json").write_text(json.dumps(keys))
-    numpy.save(tmp_path / "d.npy", depth)
-    write_pfm(tmp_path / "color.pfm", color)
-    program(
-        *("dof", tmp_path / "d.npy", "--camera", tmp_path / "camera.json", "--color", tmp_path / "color.pfm"),
-        *(*LENS_OPTIONS, "--grow-foreground", "2", "-o", tmp_path / "r.npy"),
-    )
-    camera = fathom.Camera(**keys)
-    grown = fathom.grow_foreground(depth, camera, 2)
-    assert not same_bits(grown, depth)
-    assert same_bits(fathom.dof(grown, camera, color, **LENS), numpy.load(tmp_path / "r.npy"))
-    assert same_bits(fathom.dof(depth, camera, color, **LENS, grow_foreground=2), numpy.load(tmp_path / "r.npy"))
-    assert same_bits(fathom.grow_foreground(depth, camera, pixels=0), depth)
+    assert filled[0, 0] == millimetres[0, 6] and (millimetres[0, :6] == 0).all() and (filled > 0).all()
+    assert same_bits(fathom.grow_foreground(millimetres, kinect, pixels=0), millimetres)
     with pytest.raises(ValueError, match="17"):
-        fathom.grow_foreground(depth, camera, 17)
+        fathom.grow_foreground(millimetres, kinect, 17)
 
 
 def relative_depth(kind, height=64, width=96):
@@ -277,48 +246,47 @@ def relative_depth(kind, height=64, width=96):
     return numpy.rint(values * numpy.iinfo(kind).max).astype(kind)
 
 
-@pytest.mark.parametrize("kind", ["uint8", "uint16", "float32"])
-@pytest.mark.parametrize("scale", [1, 3])
-def test_relative_depth_is_blurred_as_by_the_program(tmp_path, program, kind, scale):
+@pytest.mark.parametrize("kind, scale", [("uint8", 3), ("uint16", 1), ("float32", 3)])
+def test_relative_depth_is_blurred_as_by_the_program(tmp_path, agrees, kind, scale):
     """Its steps, its range, and its size."""
     depth = relative_depth(kind)
     color = picture((scale * depth.shape[0], scale * depth.shape[1]))
-    file = tmp_path / ("d.npy" if kind == "float32" else "d.png")
-    write_depth(file, depth)
-    write_pfm(tmp_path / "color.pfm", color)
     at = (50 * scale, 30 * scale)
     ignored = numpy.zeros(depth.shape, numpy.uint8)
     ignored[40:50, 60:90] = 1
     PIL_Image.fromarray(ignored).save(tmp_path / "ignored.png")
     high = {"relative": "high-is-near", "blur_px": 11}
-    common = ["--relative", "high-is-near", "--blur-px", 11, "--color", tmp_path / "color.pfm"]
-    focus = ["--focus-at", "%d,%d" % at]
+    common, focus = ["--relative", "high-is-near", "--blur-px", 11], ["--focus-at", "%d,%d" % at]
     made = []
-    for arguments, got in (
-        (["dof", *common, *focus], fathom.dof(depth, None, color, **high, focus_at=at)),
+    for arguments, got, picture_of in (
+        (["dof", *common, *focus], fathom.dof(depth, None, color, **high, focus_at=at), color),
         (
             ["dof", *common, *focus, "--grow-foreground", 0, "--invalid", "fill", "--ignore", tmp_path / "ignored.png"],
             fathom.dof(depth, None, color, **high, focus_at=at, grow_foreground=0, invalid="fill", ignore=ignored),
+            color,
         ),
         (
             ["dof", *common, "--focus-range", "0.2,0.4", "--aperture", 6],
             fathom.dof(depth, None, color, **high, focus_range=(0.2, 0.4), blades=6),
+            color,
         ),
         (
-            ["dof", "--relative", "low-is-near", "--blur-px", 7, "--relative-range", "2,200", *common[-2:], *focus],
+            ["dof", "--relative", "low-is-near", "--blur-px", 7, "--relative-range", "2,200", *focus],
             fathom.dof(depth, None, color, relative="low-is-near", blur_px=7, relative_range=(2, 200), focus_at=at),
+            color,
         ),
         (
             ["dof-masks", "--mask", "coc", *common, *focus],
             fathom.dof_masks(depth, None, **high, focus_at=at, color=color).coc,
+            color,
         ),
         (
-            ["dof-masks", "--mask", "near", *common[:-2], "--focus-range", "0,0.3"],
+            ["dof-masks", "--mask", "near", *common, "--focus-range", "0,0.3"],
             fathom.dof_masks(depth, None, **high, focus_range=(0, 0.3), near_weight=True).near_weight,
+            None,
         ),
     ):
-        program(*arguments, file, "-o", tmp_path / "r.npy")
-        assert same_bits(got, numpy.load(tmp_path / "r.npy")), arguments
+        assert agrees(got, arguments, depth, None, picture_of, ".npy" if kind == "float32" else ".png"), arguments
         assert not any(got.shape == other.shape and same_bits(got, other) for other in made)
         made.append(got)
     on_device = fathom.dof(fathom.Image(depth), None, fathom.Image(color), **high, focus_at=at)
@@ -335,7 +303,7 @@ def test_what_is_wrong_with_relative_depth_is_refused(metres, keys):
     assert numpy.array_equal(fathom.dof(depth, None, color, **{**blur, "blur_px": 0}), color)
     for wrong, given in (
         ("camera: relative depth has none", {"camera": camera}),
-        ("storage: the dtype", {"storage": "uint8"}),
+        ("storage: relative depth has none", {"storage": "uint8"}),
         ("blur_px: missing", {"blur_px": None}),
         ("focus_at: missing", {"focus_at": None}),
         ("exclude each other", {"f_stop": 2}),
@@ -344,15 +312,13 @@ def test_what_is_wrong_with_relative_depth_is_refused(metres, keys):
         ("depth: has no value that is a number", {"ignore": numpy.ones_like(depth)}),
         ("depth: has colours, as at pixel", {"depth": (color * 255).astype(numpy.uint8)}),
         ("same ratio of width to height", {"color": color[:-20]}),
-        ("depth: its dtype is uint32; it must be float32, float16, uint16 or uint8, as", {"depth": depth.astype(numpy.uint32)}),
+        ("depth: .* the dtype uint32; it must be .* of float32, float16, uint16 or uint8, as", {"depth": depth.astype(numpy.uint32)}),
         ("ignore: its shape", {"ignore": color}),
     ):
         with pytest.raises(ValueError, match=wrong):
             fathom.dof(**{"depth": depth, "camera": None, "color": color, **blur, **given})
-    with pytest.raises(TypeError, match=r"dof\(\): camera must be a fathom.Camera, not None, which is for relative depth"):
+    with pytest.raises(TypeError, match="camera = None must be a fathom.Camera, .* None is for relative depth"):
         fathom.dof(depth, None, color, circle=(3, 1))
-    with pytest.raises(TypeError, match="fathom.Camera"):
-        fathom.ssao(depth, None, 0.3)
     for one in (numpy.full_like(depth, 9), numpy.full(depth.shape, 3, numpy.float32)):  # as after a fade to black
         with pytest.warns(fathom.CameraWarning, match="all its values are the same"):
             assert same_bits(fathom.dof(one, None, color, **blur), color)
