@@ -45,7 +45,7 @@ public:
         if (method.operation == "dof_masks")
             return circle_error(got);
         if (method.operation == "normals")
-            return normal_error(got);
+            return normal_error(method, got);
         return blur_error(got);
     }
 
@@ -149,14 +149,18 @@ private:
             }));
     }
 
-    Deviation normal_error(const std::vector<float>& got) const {
+    // OpenCV turns a normal by the sign of its z, which is noise on walls along the axis. That error does not count.
+    Deviation normal_error(const Method& method, const std::vector<float>& got) const {
+        const bool either_side = method.kind == Method::Kind::opencv;
         return summary("degrees", over_surfaces(3, [&](int x, int y) {
                            const std::size_t i = index(x, y);
                            const Eigen::Vector3d n = Eigen::Vector3f(&got[3 * i]).cast<double>();
                            const Eigen::Vector3d& exact = rendered_.normal[i];
                            if (!n.allFinite())
                                return 90.0; // any direction
-                           return 2 * std::atan2((n - exact).norm(), (n + exact).norm()) * 180 / std::numbers::pi;
+                           const double angle = 2 * std::atan2((n - exact).norm(), (n + exact).norm());
+                           return (either_side ? std::min(angle, std::numbers::pi - angle) : angle) * 180 /
+                                  std::numbers::pi;
                        }));
     }
 

@@ -308,8 +308,12 @@ const char* kind_name(Kind kind) {
         return "library";
     case Kind::baseline:
         return "baseline";
+    case Kind::opencv:
+        return "opencv";
     case Kind::blender:
         return "blender";
+    case Kind::python:
+        return "python";
     case Kind::floor:
         return "floor";
     }

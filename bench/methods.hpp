@@ -11,7 +11,7 @@ namespace fathom::bench {
 
 /// A way to compute an operation, a point of the charts.
 struct Method {
-    enum class Kind { library, baseline, blender, floor };
+    enum class Kind { library, baseline, opencv, blender, python, floor };
 
     std::string operation; ///< as the library names it; "copy" for floors
     std::string name;

@@ -37,6 +37,10 @@ inline std::string read_text(const std::filesystem::path& file) {
     return {std::istreambuf_iterator<char>(stream), {}};
 }
 
+inline void write_text(const std::filesystem::path& file, const std::string& text) {
+    std::ofstream(file, std::ios::binary) << text;
+}
+
 /// Floats as they lie in memory.
 inline std::vector<float> read_raw(const std::filesystem::path& file) {
     const std::string bytes = read_text(file);

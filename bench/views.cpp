@@ -78,6 +78,21 @@ std::vector<View> views(int width, int height) {
     return list;
 }
 
+std::vector<View> pinhole_views(int width, int height) {
+    std::vector<View> list;
+    for (View& view : views(width, height)) {
+        const oracle::Frustum frustum = *view.subject.frustum;
+        if (frustum.is_orthographic || frustum.plane || frustum.reversed)
+            continue;
+        const DepthSpan span{static_cast<double>(frustum.near), static_cast<double>(frustum.far)};
+        const Convention axes{ClipZ::negative_one_to_one, ClipY::up, ViewAxes::opencv};
+        view.subject = oracle::named(oracle::from_field_of_view(view_fov_y, 1.0 * width / height, span, axes),
+                                     view.name, width, height);
+        list.push_back(view);
+    }
+    return list;
+}
+
 std::vector<float> ends_of(const View& view) {
     const scene::Caster caster(view.scene, view.camera());
     const Eigen::Matrix4d to_world = scene::to_world(view.camera());

@@ -31,6 +31,9 @@ std::vector<View> views(int width, int height);
 /// The first of them.
 View room_view(int width, int height);
 
+/// The ordinary perspectives among them, in OpenCV's axes: what other libraries' pinholes see.
+std::vector<View> pinhole_views(int width, int height);
+
 /// Depth of each pixel where what it shows ends: the solids that its ray goes through one after the other without a gap. What
 /// encloses nothing, as the ground, the walls of a room and flat disks, ends infinitely far away. NaN where there is nothing.
 std::vector<float> ends_of(const View& view);
