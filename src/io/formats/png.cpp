@@ -33,6 +33,14 @@ Bytes inflated(View compressed) {
     return {};
 }
 
+Bytes deflated(View content) {
+    uLongf length = compressBound(static_cast<uLong>(content.size()));
+    Bytes compressed(length);
+    compress(compressed.data(), &length, content.data(), static_cast<uLong>(content.size()));
+    compressed.resize(length);
+    return compressed;
+}
+
 /// A chunk of this type; nothing where it is empty.
 Bytes png_chunk(std::string_view type, View content) {
     const std::size_t size = content.size();
@@ -70,7 +78,7 @@ PictureFile read_png(const std::filesystem::path& file, Bytes& bytes) {
         type = {reinterpret_cast<const char*>(chunk.data()) + 4, 4};
         if (type == "IHDR" && length == 13) {
             static constexpr std::uint64_t channels[] = {1, 0, 3, 1, 2, 0, 4, 0}; // by the type of colour
-            check_codec_size(file, big_endian(content), big_endian(content.subspan(4)));
+            check_size(file, big_endian(content), big_endian(content.subspan(4)));
             size = {static_cast<int>(big_endian(content)), static_cast<int>(big_endian(content.subspan(4)))};
             pixel_bits = content[8] * channels[content[9] % std::size(channels)];
         }
