@@ -162,6 +162,18 @@ TEST_CASE("npy: every type, byte order and order of axes", "[io]") {
     check_type<std::int32_t>(folder, "i4", Storage::uint24);
     check_type<std::uint64_t>(folder, "u8", Storage::uint24);
     check_type<std::int64_t>(folder, "i8", Storage::uint24);
+    for (const char* type : {"<u4", "<u8", "<i8"}) { // in the high bits
+        std::string high = header(type, false, "(1, 2)");
+        for (const std::uint64_t code : {0xffffff00u, 0x100u}) {
+            if (type[2] == '4')
+                append(high, static_cast<std::uint32_t>(code), false);
+            else
+                append(high, code, false);
+        }
+        const cv::Mat codes = read_depth(put(folder / "high.npy", high), {.packing = Packing::uint24_high}).values;
+        CHECK(static_cast<std::uint32_t>(codes.at<int>(0, 0)) == 0xffffff00u);
+        CHECK(codes.at<int>(0, 1) == 0x100);
+    }
     std::string bits = header("<u4", false, "(48, 64)"); // of floats: a slanted wall below a sky of 0
     for (int y = 0; y < 48; ++y)
         for (int x = 0; x < 64; ++x)

@@ -5,8 +5,9 @@
 #include <opencv2/core.hpp>
 
 #include <algorithm>
+#include <array>
+#include <bit>
 #include <charconv>
-#include <cstring>
 #include <limits>
 #include <memory>
 #include <string_view>
@@ -118,26 +119,30 @@ bool is_npy(const Bytes& bytes) {
 }
 
 /// Integers of 64 bits that fit into 32.
-cv::Mat narrowed(const std::filesystem::path& file, const unsigned char* data, int rows, int cols, int channels) {
-    cv::Mat image(rows, cols, CV_32SC(channels));
+cv::Mat narrowed(const std::filesystem::path& file, const unsigned char* data, int rows, int cols,
+                 const Layout& layout) {
+    cv::Mat image(rows, cols, CV_32SC(layout.channels));
     for (int y = 0; y < rows; ++y)
-        for (int i = 0; i < cols * channels; ++i, data += sizeof(std::int64_t)) {
-            std::int64_t value = 0;
-            std::memcpy(&value, data, sizeof value);
+        for (int i = 0; i < cols * layout.channels; ++i, data += sizeof(std::int64_t)) {
+            std::array<unsigned char, sizeof(std::int64_t)> bytes{};
+            std::copy_n(data, bytes.size(), bytes.begin());
+            if (layout.swapped)
+                std::ranges::reverse(bytes);
+            const auto value = std::bit_cast<std::int64_t>(bytes);
             if (value < 0 || value > std::numeric_limits<std::uint32_t>::max())
-                refuse_value(file, {i / channels, y}, value);
+                refuse_value(file, {i / layout.channels, y}, value);
             image.ptr<std::uint32_t>(y)[i] = static_cast<std::uint32_t>(value);
         }
     return image;
 }
 
-/// What other programs' files hold, too: codes without a sign, halves, floats. Doubles are rounded; signed numbers of 16 bits become
+/// A copy of what other programs' files hold, too: codes without a sign, halves, floats. Doubles are rounded; signed numbers of 16 bits become
 /// floats where some are below 0, and so do halves of pictures.
 cv::Mat as_held(const std::filesystem::path& file, const cv::Mat& image, const Type& type) {
-    cv::Mat held = image;
+    cv::Mat held;
     double least = 0;
     cv::Point where;
-    if (type.is_signed() && image.depth() != CV_32F)
+    if (type.is_signed() && type.depth != none)
         cv::minMaxLoc(image.reshape(1), &least, nullptr, &where);
     if (least < 0 && image.depth() != CV_16S)
         refuse_value(file, {where.x / image.channels(), where.y}, static_cast<std::int64_t>(least));
@@ -145,6 +150,8 @@ cv::Mat as_held(const std::filesystem::path& file, const cv::Mat& image, const T
         image.convertTo(held, CV_32F);
     else if (image.depth() == CV_8S || image.depth() == CV_16S)
         image.convertTo(held, image.depth() == CV_8S ? CV_8U : CV_16U);
+    else
+        held = image.clone();
     for (int y = 0; y < held.rows; ++y)
         swap_red_and_blue_of_row(held, y);
     return held;
@@ -161,15 +168,14 @@ std::optional<cv::Mat> read_npy(const std::filesystem::path& file, const Bytes& 
                          std::to_string(bytes.size()) + " bytes; write or copy it again");
     const int rows = layout.columns_first ? layout.cols : layout.rows,
               cols = layout.columns_first ? layout.rows : layout.cols;
-    const auto element = static_cast<std::ptrdiff_t>(layout.type->bytes());
-    Bytes data(bytes.begin() + static_cast<std::ptrdiff_t>(at),
-               bytes.begin() + static_cast<std::ptrdiff_t>(at + layout.bytes()));
-    for (auto each = data.begin(); layout.swapped && each != data.end(); each += element)
-        std::reverse(each, each + element);
-    const cv::Mat image =
-        layout.type->depth == none
-            ? narrowed(file, data.data(), rows, cols, layout.channels)
-            : cv::Mat(rows, cols, CV_MAKETYPE(layout.type->depth, layout.channels), data.data()).clone();
+    cv::Mat image = layout.type->depth == none ? narrowed(file, bytes.data() + at, rows, cols, layout)
+                                               : cv::Mat(rows, cols, CV_MAKETYPE(layout.type->depth, layout.channels),
+                                                         const_cast<unsigned char*>(bytes.data() + at));
+    if (layout.swapped && layout.type->depth != none) {
+        image = image.clone();
+        for (unsigned char* each = image.data; each != image.dataend; each += layout.type->bytes())
+            std::reverse(each, each + layout.type->bytes());
+    }
     return as_held(file, layout.columns_first ? cv::Mat(image.t()) : image, *layout.type);
 }
 

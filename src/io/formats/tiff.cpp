@@ -12,8 +12,6 @@
 
 #include <algorithm>
 #include <array>
-#include <fstream>
-#include <iterator>
 #include <map>
 #include <memory>
 #include <new>
@@ -293,6 +291,7 @@ Bytes tiff_bytes(const cv::Mat& bgr, const PictureFormat& format) {
     if (bgr.channels() < 4 && format.icc.empty())
         return bytes;
     const MemoryFile memory("a .tif", bytes);
+    Bytes().swap(bytes);
     const Quiet here;
     OpenTiff tiff("a .tif", memory);
     if (bgr.channels() == 4) {
@@ -302,9 +301,7 @@ Bytes tiff_bytes(const cv::Mat& bgr, const PictureFormat& format) {
     if (!format.icc.empty())
         tiff.set(TIFFTAG_ICCPROFILE, static_cast<std::uint32_t>(format.icc.size()), format.icc.data());
     tiff.write();
-    std::ifstream written(memory.name(), std::ios::binary);
-    bytes.assign(std::istreambuf_iterator<char>(written), {});
-    return bytes;
+    return read_file(memory.name(), longest + (1 << 16));
 }
 
 } // namespace fathom::io
