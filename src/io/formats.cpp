@@ -3,8 +3,11 @@
 
 #include "memory.hpp"
 
+#include <zlib.h>
+
 #include <algorithm>
 #include <limits>
+#include <memory>
 #include <string_view>
 
 namespace fathom::io {
@@ -27,6 +30,27 @@ void check_holds(const std::filesystem::path& file, cv::Size size, std::uint64_t
     if (!expansion && bytes > most_from_nothing)
         refuse(file, "says it has " + described(size) + " pixels in " + std::to_string(stored) +
                          " bytes, which cannot be checked; save it with another compression");
+}
+
+Bytes inflated(std::span<const unsigned char> packed, std::uint64_t most, int window_bits) {
+    constexpr std::uint64_t piece = 1 << 20;
+    z_stream stream{};
+    if (inflateInit2(&stream, window_bits) != Z_OK)
+        throw std::bad_alloc();
+    const std::unique_ptr<z_stream, int (*)(z_stream*)> ended(&stream, inflateEnd);
+    stream.next_in = const_cast<unsigned char*>(packed.data());
+    stream.avail_in = static_cast<uInt>(std::min<std::size_t>(packed.size(), std::numeric_limits<uInt>::max()));
+    Bytes bytes;
+    bytes.reserve(most);
+    for (int status = Z_OK; status == Z_OK && bytes.size() < most;) {
+        const std::size_t before = bytes.size(), more = std::min(piece, most - before);
+        bytes.resize(before + more);
+        stream.next_out = bytes.data() + before;
+        stream.avail_out = static_cast<uInt>(more);
+        status = inflate(&stream, Z_SYNC_FLUSH);
+        bytes.resize(bytes.size() - stream.avail_out);
+    }
+    return bytes;
 }
 
 void refuse_undecoded(const std::filesystem::path& file) {

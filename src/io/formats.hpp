@@ -111,6 +111,9 @@ struct Wanted {
 /// The image of a file that is no OpenEXR; of an NPZ it may be one of several arrays. Refuses a name where there is but one image.
 PictureFile read_image(const std::filesystem::path& file, const Wanted& wanted, const ReadOptions& options = {});
 
+/// The bytes that deflated ones stand for, up to `most` and as far as they are whole. `window_bits`: zlib's, negative without a header.
+Bytes inflated(std::span<const unsigned char> packed, std::uint64_t most, int window_bits);
+
 /// Refuses a file whose codec failed.
 [[noreturn]] void refuse_undecoded(const std::filesystem::path& file);
 

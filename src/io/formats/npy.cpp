@@ -280,17 +280,8 @@ Bytes Archive::unpacked(const Member& member, std::uint64_t most) const {
     if (member.method == 0)
         return Bytes(from.begin(),
                      from.begin() + static_cast<std::ptrdiff_t>(std::min<std::uint64_t>(most, from.size())));
-    Bytes bytes(most);
-    z_stream stream{};
-    if (inflateInit2(&stream, -MAX_WBITS) != Z_OK) // without a header of its own
-        throw std::bad_alloc();
-    const std::unique_ptr<z_stream, int (*)(z_stream*)> ended(&stream, inflateEnd);
-    stream.next_in = const_cast<unsigned char*>(from.data());
-    stream.avail_in = static_cast<uInt>(from.size());
-    stream.next_out = bytes.data();
-    stream.avail_out = static_cast<uInt>(bytes.size());
-    inflate(&stream, Z_SYNC_FLUSH);
-    if (stream.avail_out > 0)
+    Bytes bytes = inflated(from, most, -MAX_WBITS);
+    if (bytes.size() < most)
         refuse_damage();
     return bytes;
 }

@@ -119,23 +119,6 @@ private:
     bool is_changed_ = false;
 };
 
-/// How many bytes come out of deflated ones, counted until they are more than `most`.
-std::uint64_t inflated_size(const Bytes& packed, std::uint64_t most) {
-    z_stream stream{};
-    if (inflateInit(&stream) != Z_OK)
-        throw std::bad_alloc();
-    const std::unique_ptr<z_stream, int (*)(z_stream*)> ended(&stream, inflateEnd);
-    stream.next_in = const_cast<unsigned char*>(packed.data());
-    stream.avail_in = static_cast<uInt>(packed.size());
-    std::array<unsigned char, 1 << 16> content;
-    for (int status = Z_OK; status == Z_OK && stream.total_out <= most;) {
-        stream.next_out = content.data();
-        stream.avail_out = content.size();
-        status = inflate(&stream, Z_NO_FLUSH);
-    }
-    return stream.total_out;
-}
-
 /// The first image of a TIFF, once it is known that its kind is read and that its pixels can be there.
 class FirstImage {
 public:
@@ -223,7 +206,7 @@ private:
         for (std::uint32_t i = 0; i < pieces; ++i) {
             const std::uint32_t rows_there = tiled_ ? rows_ : std::min(rows_, height_ - i * rows_);
             const std::uint64_t row = std::uint64_t{columns_} * samples_ * bits_ / 8,
-                                held = inflated_size(tiff_.packed(i, tiled_, stored_), row * rows_);
+                                held = inflated(tiff_.packed(i, tiled_, stored_), row * rows_ + 1, MAX_WBITS).size();
             is_padded_ = rows_there < rows_ && held == row * rows_;
             if (held > row * rows_there && !is_padded_)
                 refuse(file_, std::string("has a ") + (tiled_ ? "tile" : "strip") +
