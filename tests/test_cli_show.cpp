@@ -91,8 +91,7 @@ TEST_CASE("show marks what has no color") {
     CHECK(said["min"] == 1);
     CHECK(said["max"] == 3);
     const Outcome line = check_done({"show", file, "-o", folder / "out/line.png"});
-    CHECK(line.out == folder / "out/line.png" + "  6 × 1  Z 1 to 3, viridis from 1 to 3, linear scale, 1 background, "
-                                                "2 of 6 pixels invalid (33 %)\n");
+    CHECK(line.out == folder / "out/line.png" + "  6 × 1  Z 1 to 3, 2 of 6 pixels invalid (33 %)\n");
     const Outcome none =
         check_done({"show", row_file(folder, "none.exr", {nothing, nothing}), "-o", folder / "out/none.png"});
     CHECK(none.out.find("no finite value, 2 of 2 pixels invalid (100 %)") != std::string::npos);
@@ -111,20 +110,6 @@ TEST_CASE("show gives normals ½n + ½ and light the codes of sRGB") {
     CHECK(hex(picture, 0) == "00ffff");
     CHECK(hex(picture, 1) == "800700");
     CHECK(hex(picture, 2) == invalid);
-}
-
-TEST_CASE("show places values on a linear, logarithmic or inverse scale") {
-    const Folder folder;
-    const std::string file = row_file(folder, "z.exr", {1, 10, 100, 1000, 0.5f, 1.6f});
-    const auto grey = [&](const char* scale, const char* range) {
-        return shown(folder, file, {"--map", "grey", "--scale", scale, "--range", range});
-    };
-    CHECK(hex(grey("log", "1:100"), 1) == "808080");
-    CHECK(hex(grey("inverse", "1:4"), 5) == "808080"); // (1 - 1 / 1.6) / (1 - 1 / 4)
-    CHECK(hex(grey("linear", "0:20"), 1) == "808080");
-    const cv::Mat ends = grey("log", "1:100");
-    CHECK(hex(ends, 4) == "000000");
-    CHECK(hex(ends, 3) == "ffffff");
 }
 
 TEST_CASE("show chooses the range by the values") {
@@ -170,7 +155,7 @@ TEST_CASE("show reads every kind of result") {
     const Folder folder;
     const cv::Mat codes(2, 3, CV_16UC1, cv::Scalar(700));
     cv::imwrite(folder / "codes.png", codes);
-    CHECK(told(folder, folder / "codes.png")["shows"] == "codes of 16 bits");
+    CHECK(told(folder, folder / "codes.png")["shows"] == "codes");
     CHECK(told(folder, row_file(folder, "coc.exr", {-3, 0, 0, 1, 2, 1, 0, 0},
                                 {"coc", "near", "focus", "far"}))["shows"] == "coc");
     CHECK(told(folder, folder / "coc.exr", {"--channel", "far"})["shows"] == "far");
@@ -205,7 +190,7 @@ TEST_CASE("show makes a picture of each frame that a name stands for") {
     for (const std::string& picture : frames("z.{:04}.show.png"))
         CHECK(fs::exists(folder / picture));
     CHECK_FALSE(fs::exists(folder / "z.0001.show.show.png"));
-    check_refused({"show", folder / "z.####.exr", "-o", folder / "out/one.png"}, 2, "a name with the place");
+    check_refused({"show", folder / "z.####.exr", "-o", folder / "out/one.png"}, 2, "give a folder");
     check_refused({"show", folder / "nix.####.exr"}, 1, "nix.####.exr: no frame of this name is there");
     write(folder / "z.0002.exr", "damaged");
     const Outcome outcome = run({"show", folder / "z.####.exr", "-o", folder / "out/rest/"});
@@ -219,7 +204,7 @@ TEST_CASE("show names the channels that there are, and how to choose one") {
     const std::string ao = row_file(folder, "ao.exr", {0, 1}, {"AO"});
     check_refused({"show", ao, "--channel", "P"}, 1, "has no channel \"P\"; it has AO, which --channel can name");
     const std::string points = row_file(folder, "p.exr", {1, 2, -30, 4, 5, -6}, {"P.X", "P.Y", "P.Z"});
-    check_refused({"show", points, "--channel", "P"}, 1, "--channel P.X, P.Y or P.Z");
+    check_refused({"show", points, "--channel", "P"}, 1, "normals have length 1, so it is a picture or positions");
     CHECK(told(folder, points, {"--channel", "P.X"})["max"] == 4);
 }
 
@@ -231,11 +216,10 @@ TEST_CASE("show refuses what it cannot do in one line") {
     check_refused({"show", folder / "cut.exr", "-o", out}, 1, "cut.exr");
     write(folder / "text.png", "no picture");
     check_refused({"show", folder / "text.png", "-o", out}, 1, "text.png");
-    check_refused({"show", file, "-o", folder / "out/p.jpg"}, 2, "ends with .png");
+    check_refused({"show", file, "-o", folder / "out/p.jpg"}, 2, "it is .png");
     check_refused({"show", file, "-o", folder / "nowhere/p.png"}, 1, "nowhere/p.png");
     for (const char* range : {"5:1", "1:1", "a:b", "3", "nan:1", "0:inf", ":"})
         check_refused({"show", file, "-o", out, "--range", range}, 2, std::string("'") + range + "'");
-    check_refused({"show", file, "-o", out, "--scale", "log", "--range", "0:1"}, 1, "above 0");
     check_refused({"show", file, "-o", out, "--map", "jet"}, 2, "'jet' is unknown");
     check_refused({"show", file, "-o", out, "--channel", "nix"}, 1, "\"nix\"");
     const std::string normals = row_file(folder, "n.exr", {0, 0, 1}, {"N.X", "N.Y", "N.Z"});
@@ -245,5 +229,5 @@ TEST_CASE("show refuses what it cannot do in one line") {
     CHECK(folder.results().empty());
     const cv::Mat picture(2, 2, CV_8UC3, cv::Scalar(1, 2, 3));
     cv::imwrite(folder / "same.png", picture);
-    check_refused({"show", folder / "same.png", "-o", folder / "same.png"}, 2, "is the file to show");
+    check_refused({"show", folder / "same.png", "-o", folder / "same.png"}, 2, "is one of the files to read");
 }

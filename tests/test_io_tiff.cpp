@@ -147,7 +147,7 @@ TEST_CASE("tiff: integers of 64 bits are refused", "[io]") {
     for (const int format : {SAMPLEFORMAT_UINT, SAMPLEFORMAT_INT}) {
         const auto file =
             write_tiff(folder / "a.tif", cv::Mat::zeros(8, 8, CV_64FC1), static_cast<std::uint16_t>(format), {});
-        check_says([&] { read_depth(file); }, {"a.tif: has integers of 64 bits; save depth as integers of 16 bits"});
+        check_says([&] { read_depth(file); }, {"a.tif: has samples of 64 bits"});
     }
 }
 

@@ -22,14 +22,7 @@ namespace {
 
 std::vector<double> list_at(const fs::path& file, const json& object, const std::string& key, std::size_t count,
                             const std::string& path) {
-    json list = object.value(key, json());
-    if (list.is_array() && !list.empty() &&
-        std::ranges::all_of(list, [](const json& each) { return each.is_array(); })) {
-        json flat = json::array();
-        for (const json& part : list)
-            flat.insert(flat.end(), part.begin(), part.end());
-        list = flat;
-    }
+    const json list = object.value(key, json());
     const bool fits = list.is_array() && list.size() == count &&
                       std::ranges::all_of(list, [](const json& each) { return each.is_number(); });
     if (!fits)
@@ -43,11 +36,6 @@ std::vector<double> transposed(const std::vector<double>& matrix, std::size_t si
     for (std::size_t i = 0; i < matrix.size(); ++i)
         turned[i % size * size + i / size] = matrix[i];
     return turned;
-}
-
-/// Open3D has the numbers column by column; lists of lists are rows.
-std::vector<double> by_rows(const std::vector<double>& numbers, const json& written, std::size_t size) {
-    return written.front().is_array() ? numbers : transposed(numbers, size);
 }
 
 void add_pixels(const fs::path& file, const json& object, const std::string& path, json& keys) {
@@ -104,11 +92,10 @@ Imported import_open3d(const fs::path& file, const json& object, const ImportOpt
     Imported imported{.keys = {{"view_axes", "opencv"}}, .cure = no_values};
     add_pixels(file, camera, path, imported.keys);
     imported.keys["intrinsics"] =
-        intrinsics_of(file, by_rows(list_at(file, camera, "intrinsic_matrix", 9, path), camera["intrinsic_matrix"], 3),
-                      3, "intrinsic_matrix");
+        intrinsics_of(file, transposed(list_at(file, camera, "intrinsic_matrix", 9, path), 3), 3, "intrinsic_matrix");
     if (has_place && object.contains("extrinsic")) {
-        const std::vector<double> place = by_rows(list_at(file, object, "extrinsic", 16, ""), object["extrinsic"], 4);
-        imported.keys["view"] = rows_of(Eigen::Map<const Eigen::Matrix4d>(place.data()).transpose());
+        const std::vector<double> place = list_at(file, object, "extrinsic", 16, "");
+        imported.keys["view"] = rows_of(Eigen::Map<const Eigen::Matrix4d>(place.data()));
     }
     return imported;
 }

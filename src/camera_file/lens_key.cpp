@@ -27,20 +27,6 @@ std::vector<double> ends_of(const JsonObject& own, const char* key, double most)
 std::optional<LensLaw> law_of(const JsonObject& own) {
     const auto known = [](LensLaw law) { return std::pair{to_string(law), std::optional(law)}; };
     using enum LensLaw;
-    for (const auto& [name, ours] : {std::pair{"fisheye", "opencv-fisheye"},
-                                     {"kannala-brandt", "opencv-fisheye"},
-                                     {"kannala_brandt", "opencv-fisheye"},
-                                     {"plumb_bob", "brown"},
-                                     {"radtan", "brown"},
-                                     {"rational_polynomial", "brown"},
-                                     {"brown_conrady", "brown"},
-                                     {"brown-conrady", "brown"},
-                                     {"opencv", "brown"},
-                                     {"spherical", "equirectangular"},
-                                     {"panorama", "equirectangular"},
-                                     {"equirect", "equirectangular"}})
-        if (own.string("model") == name)
-            own.refuse_value("model", std::string("is called \"") + ours + "\"");
     if (own.string("model") == "inverse_brown_conrady")
         own.refuse_value("model", "gives rays of pixels, and \"brown\" pixels of rays; write the rays into an image "
                                   "(\"lens\": {\"rays\": FILE})");

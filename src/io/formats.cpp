@@ -1,11 +1,14 @@
 // What the readers of depth, colours and normals share.
 #include "formats.hpp"
 
+#include "memory.hpp"
+
+#include <zlib.h>
+
 #include <algorithm>
-#include <cctype>
-#include <cmath>
-#include <cstdio>
 #include <limits>
+#include <memory>
+#include <string_view>
 
 namespace fathom::io {
 
@@ -29,6 +32,27 @@ void check_holds(const std::filesystem::path& file, cv::Size size, std::uint64_t
                          " bytes, which cannot be checked; save it with another compression");
 }
 
+Bytes inflated(std::span<const unsigned char> packed, std::uint64_t most, int window_bits) {
+    constexpr std::uint64_t piece = 1 << 20;
+    z_stream stream{};
+    if (inflateInit2(&stream, window_bits) != Z_OK)
+        throw std::bad_alloc();
+    const std::unique_ptr<z_stream, int (*)(z_stream*)> ended(&stream, inflateEnd);
+    stream.next_in = const_cast<unsigned char*>(packed.data());
+    stream.avail_in = static_cast<uInt>(std::min<std::size_t>(packed.size(), std::numeric_limits<uInt>::max()));
+    Bytes bytes;
+    bytes.reserve(most);
+    for (int status = Z_OK; status == Z_OK && bytes.size() < most;) {
+        const std::size_t before = bytes.size(), more = std::min(piece, most - before);
+        bytes.resize(before + more);
+        stream.next_out = bytes.data() + before;
+        stream.avail_out = static_cast<uInt>(more);
+        status = inflate(&stream, Z_SYNC_FLUSH);
+        bytes.resize(bytes.size() - stream.avail_out);
+    }
+    return bytes;
+}
+
 void refuse_undecoded(const std::filesystem::path& file) {
     refuse(file, "is damaged or of a kind that is not read; write it again");
 }
@@ -37,73 +61,24 @@ void refuse_layer(const std::filesystem::path& file, const std::string& layer) {
     refuse(file, "is no OpenEXR file and has no layer \"" + layer + "\"; leave it out (--color-layer of the program)");
 }
 
-namespace {
-
-/// The most bytes of a file that begins so, as far as its beginning says it.
-std::uint64_t most_bytes(const std::string& head) {
-    constexpr double pixel_bytes = 2 * 4 * 8; // twice four doubles
-    constexpr double beside = 64 << 20;       // of metadata
-    constexpr std::uint64_t unknown = std::numeric_limits<std::uint64_t>::max(), jpeg = std::uint64_t{8} << 30;
-    const auto big_endian = [&](std::size_t at) {
-        double number = 0;
-        for (std::size_t i = at; i < at + 4; ++i)
-            number = number * 256 + static_cast<unsigned char>(head[i]);
-        return number;
-    };
-    double width = 0, height = 0, channels = 1;
-    const std::size_t shape = head.starts_with("\x93NUMPY") ? head.find('(') : std::string::npos;
-    if (head.starts_with("II") || head.starts_with("MM") || head.starts_with("PK"))
-        return unknown;
-    if (head.starts_with("\xff\xd8\xff") || head.starts_with("#?"))
-        return jpeg;
-    if (head.starts_with("\x89PNG") && head.size() >= 24) {
-        width = big_endian(16);
-        height = big_endian(20);
-    } else if (shape != std::string::npos) {
-        if (std::sscanf(head.c_str() + shape, "(%lf ,%lf ,%lf", &height, &width, &channels) < 2)
-            return unknown;
-    } else if (head.starts_with('P')) {
-        if (std::sscanf(head.c_str(), "P%*c%lf%lf", &width, &height) < 2) // comments may stand between them
-            return unknown;
-    } else if (std::isdigit(static_cast<unsigned char>(head.empty() ? '?' : head.front()))) {
-        if (std::sscanf(head.c_str(), "%lf&%lf&%lf&", &width, &height, &channels) < 3)
-            return 0;
-    } else {
-        return 0;
-    }
-    const double most = pixel_bytes * std::abs(width * height * channels) + beside;
-    return most < 0x1p63 ? static_cast<std::uint64_t>(most) : unknown; // too many pixels are refused later
-}
-
-} // namespace
-
-Bytes read_image_file(const std::filesystem::path& file) {
-    check_readable(file);
-    Bytes head = read_head(file, 4096);
-    const std::uint64_t most = most_bytes(std::string(head.begin(), head.end()));
-    return most == 0 ? head : read_file(file, most);
-}
-
-std::optional<PictureFile> read_plain(const std::filesystem::path& file, Bytes& bytes, const ReadOptions& options) {
+PictureFile read_image(const std::filesystem::path& file, const Wanted& wanted, const ReadOptions& options) {
+    constexpr std::uint64_t largest = most_pixels * 16; // four floats a pixel
+    Bytes bytes = read_file(file, std::min<std::uint64_t>(largest, usable_memory()));
     if (auto array = read_npz(file, bytes, options.channel, options.memory))
-        return PictureFile{.image = *array};
+        return {.image = *array};
     if (!options.channel.empty())
         refuse(file, "is no OpenEXR file and has no channel \"" + options.channel + "\"; leave --channel out");
     for (const auto read : {read_pfm, read_npy, read_colmap_map})
         if (auto image = read(file, bytes))
-            return PictureFile{.image = *image};
+            return {.image = *image};
     const std::string_view begin(reinterpret_cast<const char*>(bytes.data()), std::min<std::size_t>(bytes.size(), 6));
-    if (begin.starts_with("\xff\xd8\xff"))
+    if (begin.starts_with("\xff\xd8\xff") && !wanted.is_picture)
         refuse(file, "is a JPEG, which is not read because its losses change values; save it as .png, .tif or .exr");
-    if (begin.starts_with("#?"))
-        return std::nullopt;
-    return read_by_opencv(file, bytes, options.as_counted);
-}
-
-std::optional<cv::Mat> read_plain(const std::filesystem::path& file) {
-    Bytes bytes = read_image_file(file);
-    const auto held = read_plain(file, bytes);
-    return held ? std::optional(held->image) : std::nullopt;
+    if (!begin.starts_with("#?") || wanted.is_picture)
+        if (auto image = read_by_opencv(file, bytes, options.as_counted))
+            return std::move(*image);
+    refuse(file, std::string("is no image that holds ") + wanted.what + ", or its beginning is damaged; " +
+                     wanted.what + " can be read from " + wanted.formats);
 }
 
 cv::Mat read_exr_floats(const std::filesystem::path& file, const std::vector<std::string>& channels, const char* what,

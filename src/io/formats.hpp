@@ -46,6 +46,7 @@ inline std::uint64_t most_from_nothing = 1u << 30;
 void check_holds(const std::filesystem::path& file, cv::Size size, std::uint64_t pixel_bytes, std::uint64_t stored,
                  std::optional<std::uint64_t> expansion);
 
+/// Refuses what cannot be read as a file.
 bool begins_like_exr(const std::filesystem::path& file);
 
 /// Which pixels of an EXR are wanted: those of the display window, those of the data window, or those of another image.
@@ -98,22 +99,20 @@ std::optional<cv::Mat> read_npy(const std::filesystem::path& file, const Bytes& 
 /// An array of an archive; the only one without a name. `memory`: bytes that it may take, 0: what this process may.
 std::optional<cv::Mat> read_npz(const std::filesystem::path& file, const Bytes& bytes, const std::string& name,
                                 std::size_t memory);
-bool is_npz(const Bytes& head);
-/// Of a NumPy array by its header, which is among its bytes.
-struct ArraySize {
-    std::uint64_t bytes, pixels;
-};
-ArraySize npy_size(const std::filesystem::path& file, const Bytes& head);
 /// A depth or normal map of COLMAP.
 std::optional<cv::Mat> read_colmap_map(const std::filesystem::path& file, const Bytes& bytes);
 
-/// The image of a file of any of these formats but JPEG and Radiance; of depth it may be one of several arrays. Refuses a name where
-/// there is but one image.
-std::optional<PictureFile> read_plain(const std::filesystem::path& file, Bytes& bytes, const ReadOptions& options = {});
-std::optional<cv::Mat> read_plain(const std::filesystem::path& file);
+/// What an image is read for, and the types of files that hold such; pictures may be JPEGs and Radiance's.
+struct Wanted {
+    const char *what, *formats;
+    bool is_picture = false;
+};
 
-/// The bytes for `read_plain`; only the first ones if no image begins so. A file that is far longer than its image is refused.
-Bytes read_image_file(const std::filesystem::path& file);
+/// The image of a file that is no OpenEXR; of an NPZ it may be one of several arrays. Refuses a name where there is but one image.
+PictureFile read_image(const std::filesystem::path& file, const Wanted& wanted, const ReadOptions& options = {});
+
+/// The bytes that deflated ones stand for, up to `most` and as far as they are whole. `window_bits`: zlib's, negative without a header.
+Bytes inflated(std::span<const unsigned char> packed, std::uint64_t most, int window_bits);
 
 /// Refuses a file whose codec failed.
 [[noreturn]] void refuse_undecoded(const std::filesystem::path& file);

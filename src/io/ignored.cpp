@@ -58,21 +58,18 @@ cv::Mat judged(const cv::Mat& image, std::optional<double> below, bool is_alpha)
 } // namespace
 
 cv::Mat io::ignored(const std::filesystem::path& file, std::optional<double> below, const Windows& windows) {
-    check_readable(file);
     const auto check_fits = [&](cv::Size size, cv::Size wanted) {
         if (size != wanted)
             refuse(file, "is " + described(size) + ", but the depth is " + described(wanted) +
                              "; a mask has the size of the depth");
     };
     if (!begins_like_exr(file)) {
-        const auto image = within_memory(file, [&] { return read_plain(file); });
-        if (!image)
-            refuse(file, "is no image whose zeros are kept, or its beginning is damaged; "
-                         "masks are read from .png, .tif, .exr, .npy, .pfm and .pgm");
-        if (below && image->channels() == 3)
+        constexpr Wanted wanted{"a mask", ".png, .tif, .exr, .npy, .pfm and .pgm"};
+        const cv::Mat image = within_memory(file, [&] { return read_image(file, wanted).image; });
+        if (below && image.channels() == 3)
             refuse(file, "has colours, but no alpha; --ignore-below needs an alpha, or a single channel");
-        check_fits(image->size(), windows.data.size());
-        return judged(*image, below, image->channels() > 3);
+        check_fits(image.size(), windows.data.size());
+        return judged(image, below, image.channels() > 3);
     }
     const std::vector<std::string> names = mask_channels(file, below.has_value());
     const std::vector<DepthFile> held = read_exr(file, names, {.overscan = true});

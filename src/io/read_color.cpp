@@ -105,16 +105,9 @@ PictureFile read(const std::filesystem::path& file, const ReadPictureOptions& op
         return {.image = io::read_exr_floats(file, channels, "colours", options.windows),
                 .primaries = io::exr_primaries(file, channels.front())};
     }
-    io::Bytes bytes = io::read_image_file(file);
     if (!options.layer.empty())
         io::refuse_layer(file, options.layer);
-    auto picture = io::read_by_opencv(file, bytes);
-    if (!picture)
-        picture = io::read_plain(file, bytes);
-    if (!picture)
-        refuse(file, "is no picture, or its beginning is damaged; "
-                     "pictures are read from .exr, .jpg, .png, .tif, .hdr, .npy and .pfm");
-    return *picture;
+    return io::read_image(file, {"a picture", ".exr, .jpg, .png, .tif, .hdr, .npy and .pfm", true});
 }
 
 } // namespace
@@ -129,7 +122,6 @@ std::vector<std::string> color_channels(const std::filesystem::path& file, const
 }
 
 io::PictureFile io::read_picture_file(const std::filesystem::path& file, const ReadPictureOptions& options) {
-    check_readable(file);
     PictureFile picture = within_memory(file, [&] { return read(file, options); });
     if (picture.image.type() == CV_8UC1) // a grey photograph; 16 bits and floats of one channel are mostly depth
         cv::merge(std::vector<cv::Mat>(3, picture.image), picture.image);

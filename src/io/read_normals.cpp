@@ -117,19 +117,15 @@ cv::Mat read(const std::filesystem::path& file, const std::string& layer, const 
         return from_exr(file, layer, windows);
     if (!layer.empty())
         io::refuse_layer(file, layer);
-    const auto image = io::read_plain(file);
-    if (!image)
-        refuse(file, "is no image that holds normals, or its beginning is damaged; "
-                     "they are read from .exr, .tif, .pfm, .npy and .png");
-    io::check_fills(file, image->size(), windows);
-    return from_picture(file, *image);
+    const cv::Mat image = io::read_image(file, {"normals", ".exr, .tif, .pfm, .npy and .png"}).image;
+    io::check_fills(file, image.size(), windows);
+    return from_picture(file, image);
 }
 
 } // namespace
 
 cv::Mat read_normals(const std::filesystem::path& file, const std::string& layer,
                      const std::optional<Windows>& windows) {
-    io::check_readable(file);
     return io::within_memory(file, [&] {
         cv::Mat normals = read(file, layer, windows);
         check_lengths(file, normals);

@@ -54,13 +54,8 @@ std::pair<cv::Mat, std::string> image_and_channel(const std::filesystem::path& f
         const DepthFile depth = io::read_exr(file, {channel}, {}).front();
         return {depth.values, depth.channel};
     }
-    io::Bytes bytes = io::read_image_file(file);
-    if (bytes.size() > 2 && bytes[0] == 0xff && bytes[1] == 0xd8 && bytes[2] == 0xff)
-        return {io::read_by_opencv(file, bytes)->image, ""};
-    if (const auto held = io::read_plain(file, bytes, {.channel = channel}))
-        return {held->image, ""};
-    refuse(file, "is no image, or its beginning is damaged; relative depth is read from .png, .jpg, .tif, .pfm, .npy, "
-                 ".npz and .exr");
+    constexpr io::Wanted wanted{"relative depth", ".png, .jpg, .tif, .pfm, .npy, .npz and .exr", true};
+    return {io::read_image(file, wanted, {.channel = channel}).image, ""};
 }
 
 /// What a file stores, as floats.
@@ -88,7 +83,6 @@ io::RelativeInput stored_values(const std::filesystem::path& file, const std::st
 
 std::optional<std::array<double, 2>> io::range_of_floats(const std::filesystem::path& file, const std::string& channel,
                                                          const Ignored& ignored) {
-    check_readable(file);
     return within_memory(file, [&]() -> std::optional<std::array<double, 2>> {
         const RelativeInput input = stored_values(file, channel, ignored);
         if (input.depth.bits < 32)
@@ -101,7 +95,6 @@ std::optional<std::array<double, 2>> io::range_of_floats(const std::filesystem::
 
 io::RelativeInput io::read_relative_input(const std::filesystem::path& file, const std::string& channel,
                                           const Ignored& ignored) {
-    check_readable(file);
     return within_memory(file, [&] { return stored_values(file, channel, ignored); });
 }
 

@@ -4,7 +4,6 @@
 #include "require.hpp"
 
 #include <fcntl.h>
-#include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -12,11 +11,8 @@
 #include <atomic>
 #include <cerrno>
 #include <deque>
-#include <fstream>
-#include <map>
 #include <set>
 #include <string>
-#include <string_view>
 #include <system_error>
 #include <tuple>
 #include <utility>
@@ -26,43 +22,18 @@ namespace fs = std::filesystem;
 namespace fathom::io {
 namespace {
 
-constexpr std::string_view begin = ".fathom-", end = ".tmp";
 constexpr const char* cure = "choose a folder that you may write into";
-constexpr time_t old_s = 600; // writing a file takes seconds
-
-/// The machine since it was started; containers of one machine share it, as they share its locks.
-const std::string& machine() {
-    static const std::string id = [] {
-        std::string boot;
-        std::getline(std::ifstream("/proc/sys/kernel/random/boot_id"), boot);
-        return digest(boot.empty() ? host_name() : boot); // some containers hide it
-    }();
-    return id;
-}
-
-/// Locks a new file, where the disk has locks. Not: somebody else had it already, and may have removed the file.
-bool is_locked(int descriptor) {
-    if (::flock(descriptor, LOCK_EX | LOCK_NB) != 0)
-        return errno != EWOULDBLOCK;
-    struct stat status;
-    return ::fstat(descriptor, &status) != 0 || status.st_nlink > 0;
-}
 
 /// A new file that nobody has, in the folder of the target. Its name says which file it is for, and is short: the target's
 /// may already be as long as names can be.
 std::pair<fs::path, int> open_temporary(const fs::path& target) {
     static std::atomic<unsigned> count = 0;
-    const std::string name = std::string(begin) + digest(target.filename().native()) + "-" + machine() + "-" +
-                             std::to_string(::getpid()) + "-";
+    const std::string name = ".fathom-" + digest(target.filename().native()) + "-" + std::to_string(::getpid()) + "-";
     for (;;) {
-        fs::path path = target.parent_path() / (name + std::to_string(count++) + std::string(end));
+        fs::path path = target.parent_path() / (name + std::to_string(count++) + ".tmp");
         const int descriptor = ::open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
-        if (descriptor < 0 && errno == EEXIST)
-            continue;
-        if (descriptor < 0 || is_locked(descriptor))
+        if (descriptor >= 0 || errno != EEXIST)
             return {std::move(path), descriptor};
-        ::unlink(path.c_str()); // it was taken for abandoned before it was locked
-        ::close(descriptor);
     }
 }
 
@@ -81,34 +52,6 @@ fs::path target_of(const fs::path& file) {
     if (error.value() == EIO) // a file would take the place of the link
         refuse_write(file, "cannot be written", EIO, cure);
     return target;
-}
-
-/// Does no process work on the file any more? Then this one has the lock, until it closes the descriptor.
-bool is_abandoned(int descriptor) {
-    return descriptor >= 0 && ::flock(descriptor, LOCK_EX | LOCK_NB) == 0;
-}
-
-/// Is a file old by the clock of its disk?
-bool is_old(int descriptor, const fs::path& target) {
-    const auto [path, probe] = open_temporary(target);
-    if (probe < 0)
-        return false;
-    struct stat now, then;
-    const bool old =
-        ::fstat(probe, &now) == 0 && ::fstat(descriptor, &then) == 0 && now.st_mtime - then.st_mtime > old_s;
-    ::unlink(path.c_str());
-    ::close(probe);
-    return old;
-}
-
-void remove_if_abandoned(const fs::path& temporary, bool of_this_machine, const fs::path& target) {
-    int descriptor = ::open(temporary.c_str(), O_WRONLY | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK);
-    if (descriptor < 0) // a lock needs no more where files are not shared
-        descriptor = ::open(temporary.c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK);
-    if (is_abandoned(descriptor) && (of_this_machine || is_old(descriptor, target)))
-        ::unlink(temporary.c_str());
-    if (descriptor >= 0)
-        ::close(descriptor);
 }
 
 /// A new file beside its target, that is gone again unless it took the target's place.
@@ -134,7 +77,7 @@ private:
     [[noreturn]] void fail(int error) const;
 
     std::filesystem::path target_, path_;
-    int descriptor_ = -1, lock_ = -1;
+    int descriptor_ = -1;
     bool done_ = false;
 };
 
@@ -155,8 +98,6 @@ Successor::~Successor() {
         ::close(descriptor_);
     if (!done_)
         ::unlink(path_.c_str());
-    if (lock_ >= 0)
-        ::close(lock_);
 }
 
 void Successor::write(std::span<const unsigned char> bytes, std::uint64_t at) {
@@ -180,7 +121,6 @@ void Successor::complete() {
         fail(errno);
     if (unknown == EIO) // it may be a file that is there for nobody else
         fail(unknown);
-    lock_ = ::fcntl(descriptor_, F_DUPFD_CLOEXEC, 0); // keeps the lock until the file has its place
     if (::close(std::exchange(descriptor_, -1)) != 0) // where network disks say that they are full
         fail(errno);
 }
@@ -203,29 +143,6 @@ void Successor::fail(int error) const {
 }
 
 } // namespace
-
-void remove_abandoned(std::span<const fs::path> files) {
-    std::map<fs::path, std::map<std::string, fs::path>> targets; // of each folder, by the beginning of temporary names
-    for (const fs::path& file : files) {
-        std::error_code none;
-        if (fs::is_directory(file, none))
-            continue;
-        const fs::path target = followed(file, none);
-        const fs::path folder = target.parent_path().empty() ? fs::path(".") : target.parent_path();
-        targets[folder].emplace(std::string(begin) + digest(target.filename().native()) + "-", target);
-    }
-    constexpr std::size_t prefix = begin.size() + 17;
-    for (const auto& [folder, of_folder] : targets) {
-        std::error_code none;
-        for (fs::directory_iterator each(folder, none), last; !none && each != last; each.increment(none)) {
-            const std::string name = each->path().filename().native();
-            if (!name.starts_with(begin) || !name.ends_with(end) || name.size() < prefix)
-                continue;
-            if (const auto target = of_folder.find(name.substr(0, prefix)); target != of_folder.end())
-                remove_if_abandoned(each->path(), name.substr(prefix).starts_with(machine() + "-"), target->second);
-        }
-    }
-}
 
 std::optional<FileState> state_of(const fs::path& file) {
     std::error_code none;

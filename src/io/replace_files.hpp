@@ -35,15 +35,11 @@ using LastFile = std::function<NewFile(const std::vector<FileState>&)>;
 /// its place only once all of them lie complete on their disks: whatever goes wrong before (no such folder, no permission,
 /// a full disk), the old ones stay and nothing else is left behind.
 ///
-/// Until then each content lies beside its file as `.fathom-TARGET-MACHINE-PROCESS-NUMBER.tmp`, with a lock (flock) that ends
-/// with the process. `last`: one more file, which takes its place last.
+/// Until then each content lies beside its file as `.fathom-TARGET-PROCESS-NUMBER.tmp`. `last`: one more file, which takes its place
+/// last.
 void replace_files(std::span<const NewFile> files, const LastFile& last = {});
 
 /// `write_images`, and one more file in the end.
 void write_images_and(const std::vector<ImageFile>& images, const LastFile& last);
-
-/// Removes what killed processes left beside these files, which need not be there. What a process of this machine works on
-/// is locked; what another machine left must also be old, by the clock of the disk.
-void remove_abandoned(std::span<const std::filesystem::path> files);
 
 } // namespace fathom::io

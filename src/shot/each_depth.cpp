@@ -77,8 +77,6 @@ int each_depth(const DepthOptions& options, const Product& product, const More& 
         options.device.share_among(pipes.of_depth() ? most : jobs.size());
     pipes.open();
     steps.use(device, apart);
-    if (options.resume)
-        remove_abandoned(jobs);
     Telling telling(options, outputs, jobs, device);
     telling.begin(ranges);
     const std::size_t begun = for_each_frame<Work>(

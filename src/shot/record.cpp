@@ -148,15 +148,4 @@ std::string kernels_hash() {
     return io::digest(all);
 }
 
-void remove_abandoned(const std::vector<Job>& jobs) {
-    std::vector<std::filesystem::path> files;
-    for (const Job& job : jobs)
-        for (const std::filesystem::path& output : job.outputs) {
-            files.push_back(output);
-            if (output == job.outputs.front())
-                files.push_back(record_of(output));
-        }
-    io::remove_abandoned(files);
-}
-
 } // namespace fathom::cli

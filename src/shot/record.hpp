@@ -48,7 +48,4 @@ std::string device_class(const Device& device);
 /// The hash of the text of all kernels.
 std::string kernels_hash();
 
-/// Removes temporary files that killed runs left beside these results.
-void remove_abandoned(const std::vector<Job>& jobs);
-
 } // namespace fathom::cli

@@ -5,8 +5,6 @@
 #include "description/operations.hpp"
 #include "io/formats.hpp"
 #include "io/replace_files.hpp"
-#include "sequence/frames.hpp"
-#include "shot/inputs.hpp"
 #include "shot/plan.hpp"
 #include "terminal/messages.hpp"
 
@@ -20,11 +18,11 @@
 
 #include <algorithm>
 #include <array>
+#include <cfloat>
 #include <cmath>
-#include <map>
 #include <memory>
+#include <numeric>
 #include <optional>
-#include <string_view>
 #include <vector>
 
 namespace fathom::cli {
@@ -32,86 +30,53 @@ namespace {
 
 namespace fs = std::filesystem;
 
-enum class ColorMap { viridis, turbo, grey };
-enum class ColorScale { linear, log, inverse };
-constexpr const char *map_names[] = {"viridis", "turbo", "grey"}, *scale_names[] = {"linear", "log", "inverse"};
+constexpr int grey = -1; // no map of OpenCV's
 
 struct ShowArguments {
-    Inputs files;
-    std::string output, channel, unit;
+    DepthOptions files; ///< inputs and output
+    std::string channel, unit;
     std::optional<std::array<double, 2>> range;
-    ColorScale scale = ColorScale::linear;
-    ColorMap map = ColorMap::viridis;
+    int map = cv::COLORMAP_VIRIDIS;
     bool legend = true, json = false;
 };
 
-constexpr std::string_view own_ending = ".show.png";
-
-// The pictures of earlier runs in a folder are no results.
-std::vector<Input> shown_files(const ShowArguments& options) {
-    std::vector<Input> files = options.files.all();
-    std::erase_if(files, [](const Input& each) { return each.source && each.file.ends_with(own_ending); });
-    if (files.empty())
-        throw Error(options.files.arguments.front() + ": holds pictures of fathom show only; name the results");
-    return files;
-}
-
-fs::path output_of(const ShowArguments& options, const Input& input) {
-    if (options.output.empty())
-        return fs::path(input.file).replace_extension(own_ending);
-    if (options.output.ends_with('/') || io::is_folder(options.output))
-        return fs::path(options.output) / fs::path(input.file).stem().concat(".png");
-    if (extension_of(options.output) != ".png")
-        throw UsageError(options.output + ": the picture is a PNG; give a name that ends with .png");
-    if (!options.files.is_sequence())
-        return options.output;
-    const auto pattern = sequence::FramePattern::in(options.output);
-    if (!pattern)
-        throw UsageError(options.output + ": several files cannot go into one picture; give a folder, or a name with "
-                                          "the place of the frame, as in ao.####.png");
-    if (!input.frame)
-        throw UsageError(input.file + ": its name holds no frame, which -o " + options.output +
-                         " needs; give a folder");
-    return pattern->name(*input.frame);
-}
-
-struct ToShow {
-    fs::path file, output;
-};
-
-// What is wrong for all is told before the first is read.
-std::vector<ToShow> all_to_show(const ShowArguments& options) {
-    std::vector<ToShow> all;
-    std::map<fs::path, std::string> taken;
-    for (const Input& input : shown_files(options)) {
-        const fs::path output = output_of(options, input);
-        if (io::is_same(input.file, output))
-            throw UsageError(output.native() + ": is the file to show; give another name for its picture");
-        const auto [first, is_new] = taken.emplace(output, input.file);
-        if (!is_new)
-            throw UsageError(fmt::format("{}: would be the picture of {} and of {}; show them one by one",
-                                         output.native(), first->second, input.file));
-        all.push_back({input.file, output});
+// The files to show, each with its picture. What is wrong for all is told before the first is read.
+std::vector<Job> jobs_of(const ShowArguments& options) {
+    constexpr const char* own_ending = ".show.png";
+    std::vector<Job> jobs;
+    if (!options.files.output.empty()) {
+        const std::vector<Output> outputs{{"-o", options.files.output, {{".png"}, {}, 1.0}}};
+        jobs = plan(options.files, outputs);
+        for (const Job& job : jobs)
+            if (job.missing.empty())
+                prepare_folders(options.files, outputs, job);
+    } else {
+        for (const Input& input : options.files.inputs.all()) {
+            Job& job = jobs.emplace_back();
+            job.input = input.file;
+            job.outputs = {fs::path(input.file).replace_extension(own_ending)};
+            job.in_sequence = input.source.has_value();
+        }
     }
-    return all;
+    // The pictures of earlier runs in a folder are no results.
+    std::erase_if(jobs, [](const Job& job) { return job.in_sequence && job.input.native().ends_with(own_ending); });
+    if (jobs.empty())
+        throw Error(options.files.inputs.arguments.front() + ": holds pictures of fathom show only; name the results");
+    return jobs;
 }
 
-/// An image for people to look at, as its file holds it.
+/// An image for people to look at.
 struct Viewed {
     enum class Kind { values, normals, picture };
 
     Kind kind = Kind::values;
-    cv::Mat image;            ///< CV_32FC1 values; CV_32FC3 vectors x, y, z; CV_32FC3 or 4 in linear light, B, G, R
-    std::string name = {};    ///< of the channel or the layer; of files without names what the values are
-    std::string unit = {};    ///< where the name says it
-    bool from_0_to_1 = false; ///< does the name say so?
+    cv::Mat image;         ///< CV_32FC1 values; CV_32FC3 vectors x, y, z; CV_32FC3 or 4 in linear light, B, G, R
+    std::string name = {}; ///< of the channel or the layer; of files without names what the values are
+    std::string unit = {};
+    cv::Mat invalid = {}, background = {}; ///< not 0 where pixels are
+    std::vector<float> values = {};        ///< finite ones, ascending
+    double low = 0, high = 1;              ///< the values at the ends of the map
 };
-
-cv::Mat floats(const cv::Mat& image) {
-    cv::Mat converted;
-    image.convertTo(converted, CV_32F);
-    return converted;
-}
 
 Viewed normals_of(const fs::path& file, const std::string& layer) {
     return {Viewed::Kind::normals, read_normals(file, layer), layer.empty() ? "normals" : layer};
@@ -121,166 +86,123 @@ Viewed picture_in(const fs::path& file, const std::string& layer) {
     return {Viewed::Kind::picture, read_picture(file, {.layer = layer}).color, layer.empty() ? "R, G, B" : layer};
 }
 
-Viewed values_of(const fs::path& file, const std::string& channel) {
-    const DepthFile read = read_depth(file, {.channel = channel});
-    return {Viewed::Kind::values, floats(read.values), read.channel};
-}
-
-// Of the program's own results in an EXR those that were made last are looked for first: positions and depth come behind what is
-// made of them. `wanted`: only this channel.
-std::optional<Viewed> own_result(const fs::path& file, const std::vector<Channel>& channels,
-                                 const std::string& wanted) {
-    const std::vector<description::Operation>& all = description::operations();
-    for (auto operation = all.rbegin(); operation != all.rend(); ++operation)
-        for (const description::Result& result : operation->results_of(operation->make(nullptr).get(), {})) {
-            const description::Content& content = result.content;
-            const std::string names = content.channels, channel = names.substr(names.rfind(' ') + 1);
-            const bool fractions = content.of == description::Content::Of::fractions;
-            if ((!fractions && content.of != description::Content::Of::lengths) ||
-                (!wanted.empty() && channel != wanted) ||
-                std::ranges::find(channels, channel, &Channel::name) == channels.end())
-                continue;
-            Viewed viewed = values_of(file, channel);
-            viewed.unit = content.unit;
-            viewed.from_0_to_1 = fractions;
-            return viewed;
-        }
+// What the program's operations write into a channel that is a number by itself; none where they do not.
+std::optional<description::Content> content_of(const std::string& channel) {
+    for (const description::Operation& operation : description::operations())
+        for (const description::Result& result : operation.results_of(operation.make(nullptr).get(), {}))
+            if (std::string(" ").append(result.content.channels).ends_with(" " + channel) &&
+                (result.content.of == description::Content::Of::fractions ||
+                 result.content.of == description::Content::Of::lengths))
+                return result.content;
     return std::nullopt;
 }
 
+// The ends are 0 and 1 for fractions, or else the least and the greatest value, or where few of them stretch the range to three times
+// of what the others have, those of all but 1 %.
+void choose_range(Viewed& viewed) {
+    const auto at = [&](double fraction) {
+        return double{viewed.values[std::size_t(std::round(fraction * double(viewed.values.size() - 1)))]};
+    };
+    const auto content = content_of(viewed.name);
+    if (viewed.values.empty() || (content && content->of == description::Content::Of::fractions))
+        return;
+    const bool stretched = at(0.995) > at(0.005) && at(1) - at(0) > 3 * (at(0.995) - at(0.005));
+    viewed.low = stretched ? at(0.005) : at(0);
+    viewed.high = stretched ? at(0.995) : at(1);
+    if (viewed.low == viewed.high) { // so that every value has a place
+        viewed.low -= 0.5;
+        viewed.high += 0.5;
+    }
+}
+
+Viewed values_of(const cv::Mat& values, const std::string& name) {
+    Viewed viewed{.image = {}, .name = name};
+    values.convertTo(viewed.image, CV_32F);
+    for (const float value : cv::Mat_<float>(viewed.image))
+        if (std::isfinite(value))
+            viewed.values.push_back(value);
+    std::ranges::sort(viewed.values);
+    if (const auto content = content_of(name))
+        viewed.unit = content->unit;
+    choose_range(viewed);
+    return viewed;
+}
+
+Viewed channel_of(const fs::path& file, const std::string& channel) {
+    const DepthFile read = read_depth(file, {.channel = channel});
+    return values_of(read.values, read.channel);
+}
+
+// Of the channels of an EXR a result comes before the depth that it is of.
 Viewed from_exr(const fs::path& file, const std::vector<Channel>& channels, const std::string& wanted) {
     const auto has = [&](const std::string& name) {
         return std::ranges::find(channels, name, &Channel::name) != channels.end();
     };
     if (has(wanted + ".R"))
         return picture_in(file, wanted);
-    if (has(wanted + ".X")) {
-        if (auto normals = io::if_any([&] { return normals_of(file, wanted); }))
-            return *normals;
-        io::refuse(file, fmt::format("layer \"{0}\" has three values a pixel, which are no normals; show one of them: "
-                                     "--channel {0}.X, {0}.Y or {0}.Z",
-                                     wanted));
-    }
-    if (auto result = own_result(file, channels, wanted))
-        return *result;
+    if (has(wanted + ".X"))
+        return normals_of(file, wanted);
     if (!wanted.empty())
-        return values_of(file, wanted);
+        return channel_of(file, wanted);
+    const std::vector<std::string> depth = io::depth_channels(file);
+    for (const Channel& channel : channels)
+        if (channel.name.find('.') == std::string::npos && content_of(channel.name) &&
+            std::ranges::find(depth, channel.name) == depth.end())
+            return channel_of(file, channel.name);
     if (has("N.X"))
         return normals_of(file, "N");
-    if (!io::depth_channels(file).empty())
-        return values_of(file, "");
-    if (auto picture = io::if_any([&] { return picture_in(file, ""); }))
-        return *picture;
-    if (auto normals = io::if_any([&] { return normals_of(file, ""); }))
-        return *normals;
-    if (channels.size() == 1)
-        return values_of(file, channels.front().name);
-    io::refuse(file, "has no channel that says what it is; name one or its layer with --channel: " +
-                         io::listed(channels, &Channel::name));
+    if (depth.empty())
+        if (auto picture = io::if_any([&] { return picture_in(file, ""); }))
+            return *picture;
+    return channel_of(file, "");
 }
 
 Viewed read_viewed(const fs::path& file, const std::string& wanted) {
     if (const std::vector<Channel> channels = list_channels(file); !channels.empty())
         return from_exr(file, channels, wanted);
-    io::check_readable(file);
     if (!wanted.empty())
         io::refuse_layer(file, wanted);
-    const std::optional<cv::Mat> image = io::within_memory(file, [&] { return io::read_plain(file); });
-    if (image && image->channels() == 1)
-        return {Viewed::Kind::values, floats(*image),
-                image->depth() == CV_8U    ? "codes of 8 bits"
-                : image->depth() == CV_16U ? "codes of 16 bits"
-                                           : "stored values"};
+    const cv::Mat image = io::within_memory(file, [&] {
+        return io::read_image(file, {"a result", ".exr, .png, .tif, .pfm, .npy, .pgm, .jpg and .hdr", true}).image;
+    });
+    if (image.channels() == 1)
+        return values_of(image, image.depth() == CV_32F ? "stored values" : "codes");
     double least = 0;
-    if (image && image->depth() == CV_32F)
-        cv::minMaxLoc(image->reshape(1), &least);
+    if (image.depth() == CV_32F)
+        cv::minMaxLoc(image.reshape(1), &least);
     if (least < 0) // light has no negative values
         if (auto normals = io::if_any([&] { return normals_of(file, ""); }))
             return *normals;
     return picture_in(file, "");
 }
 
-/// What an image holds, and where its values lie on the map: from `low` to `high`.
-struct Shown {
-    cv::Mat invalid, background;    ///< not 0 where pixels are
-    std::vector<float> values = {}; ///< finite ones, ascending
-    double low = 0, high = 1;
-    ColorScale scale = ColorScale::linear;
-
-    double place(double value) const {
-        if (scale == ColorScale::linear)
-            return (value - low) / (high - low);
-        if (value <= 0)
-            return 0;
-        return scale == ColorScale::log ? std::log(value / low) / std::log(high / low)
-                                        : (1 / low - 1 / value) / (1 / low - 1 / high);
-    }
-};
-
-bool is_range(double low, double high) {
-    return std::isfinite(low) && std::isfinite(high) && low < high;
+void find_marked(Viewed& viewed) {
+    cv::inRange(viewed.image, cv::Scalar::all(-FLT_MAX), cv::Scalar::all(FLT_MAX), viewed.invalid);
+    cv::bitwise_not(viewed.invalid, viewed.invalid);
+    viewed.background = cv::Mat::zeros(viewed.image.size(), CV_8U);
+    if (viewed.kind == Viewed::Kind::values)
+        viewed.background = viewed.image == INFINITY;
+    cv::Mat none = viewed.background.clone();
+    if (viewed.kind == Viewed::Kind::normals)
+        cv::inRange(viewed.image, cv::Scalar::all(0), cv::Scalar::all(0), none);
+    viewed.invalid ^= none; // the background is counted by itself
 }
 
-// The ends are the least and the greatest value, or where few of them stretch the range to three times of what the others have, those
-// of all but 1 %.
-Shown look_at(const Viewed& viewed, const ShowArguments& options) {
-    Shown shown{.invalid = cv::Mat::zeros(viewed.image.size(), CV_8U),
-                .background = cv::Mat::zeros(viewed.image.size(), CV_8U)};
-    const bool has_values = viewed.kind == Viewed::Kind::values;
-    for (int y = 0; y < viewed.image.rows; ++y)
-        for (int x = 0; x < viewed.image.cols; ++x) {
-            const float* pixel = viewed.image.ptr<float>(y) + std::ptrdiff_t{x} * viewed.image.channels();
-            const bool is_whole =
-                std::all_of(pixel, pixel + viewed.image.channels(), [](float value) { return std::isfinite(value); });
-            const bool is_background = has_values && pixel[0] == INFINITY;
-            shown.background.at<bool>(y, x) = is_background;
-            shown.invalid.at<bool>(y, x) =
-                (!is_whole && !is_background) ||
-                (viewed.kind == Viewed::Kind::normals && pixel[0] == 0 && pixel[1] == 0 && pixel[2] == 0);
-            if (has_values && is_whole)
-                shown.values.push_back(pixel[0]);
-        }
-    std::ranges::sort(shown.values);
-    shown.scale = options.scale;
-    if (options.range) {
-        std::tie(shown.low, shown.high) = std::pair((*options.range)[0], (*options.range)[1]);
-    } else if ((!viewed.from_0_to_1 || shown.scale != ColorScale::linear) && !shown.values.empty()) {
-        const auto at = [&](double fraction) {
-            return double{shown.values[std::size_t(std::round(fraction * double(shown.values.size() - 1)))]};
-        };
-        const bool stretched = at(0.995) > at(0.005) && at(1) - at(0) > 3 * (at(0.995) - at(0.005));
-        shown.low = stretched ? at(0.005) : at(0);
-        shown.high = stretched ? at(0.995) : at(1);
-        if (shown.low == shown.high) { // so that every value has a place
-            const double half = shown.low == 0 ? 0.5 : std::abs(shown.low) / 2;
-            shown.low -= half;
-            shown.high += half;
-        }
-    }
-    if (!shown.values.empty() && shown.scale != ColorScale::linear && !(shown.low > 0))
-        throw Error(fmt::format("a {} scale needs values above 0, and the range begins at {}; give --range, or --scale "
-                                "linear",
-                                scale_names[int(shown.scale)], number(shown.low)));
-    return shown;
-}
-
-cv::Mat colors_of(const cv::Mat& codes, ColorMap map) {
+cv::Mat colors_of(const cv::Mat& codes, int map) {
     cv::Mat colors;
-    if (map == ColorMap::grey)
+    if (map == grey)
         cv::cvtColor(codes, colors, cv::COLOR_GRAY2BGR);
     else
-        cv::applyColorMap(codes, colors, map == ColorMap::turbo ? cv::COLORMAP_TURBO : cv::COLORMAP_VIRIDIS);
+        cv::applyColorMap(codes, colors, map);
     return colors;
 }
 
-const cv::Scalar invalid_color(255, 0, 255), background_color(240, 215, 200), ink(32, 32, 32);
-
-cv::Mat false_color(const Viewed& viewed, const Shown& shown, ColorMap map) {
+cv::Mat false_color(const Viewed& viewed, int map) {
     cv::Mat picture;
     if (viewed.kind == Viewed::Kind::values) {
         cv::Mat_<unsigned char> codes(viewed.image.size());
         std::transform(viewed.image.begin<float>(), viewed.image.end<float>(), codes.begin(), [&](float value) {
-            const double code = shown.place(double{value}) * 256;
+            const double code = (double{value} - viewed.low) / (viewed.high - viewed.low) * 256;
             return static_cast<unsigned char>(code > 0 ? std::min(code, 255.0) : 0); // 0 for NaN
         });
         picture = colors_of(codes, map);
@@ -294,120 +216,85 @@ cv::Mat false_color(const Viewed& viewed, const Shown& shown, ColorMap map) {
         if (picture.channels() == 4)
             cv::cvtColor(picture, picture, cv::COLOR_BGRA2BGR);
     }
-    picture.setTo(invalid_color, shown.invalid);
-    picture.setTo(background_color, shown.background);
+    picture.setTo(cv::Scalar(255, 0, 255), viewed.invalid);
+    picture.setTo(cv::Scalar(240, 215, 200), viewed.background);
     return picture;
 }
 
-std::string meaning_of(const Viewed& viewed, const Shown& shown) {
-    if (viewed.kind == Viewed::Kind::normals)
-        return viewed.name + ": (n + 1) / 2, x red, y green, z blue";
-    return viewed.name + (viewed.unit.empty() ? "" : " [" + viewed.unit + "]") +
-           (shown.scale == ColorScale::linear ? "" : fmt::format(", {} scale", scale_names[int(shown.scale)]));
-}
-
-// The picture with a bar of colors below it, its ends and its meaning, and what the marks stand for. A narrow one gets a margin.
-cv::Mat with_legend(const cv::Mat& picture, const Viewed& viewed, const Shown& shown, ColorMap map) {
+// The picture, and below it its name, for values between the ends of a bar of colors. A narrow one gets a margin.
+cv::Mat with_legend(const cv::Mat& picture, const Viewed& viewed, int map) {
     const int scale = std::max(1, std::min(picture.rows, picture.cols) / 540), line = 18 * scale, pad = 10 * scale,
-              width = std::max(picture.cols, 320 * scale), inside = width - 2 * pad;
-    const bool has_bar = viewed.kind == Viewed::Kind::values,
-               has_marks = cv::countNonZero(shown.invalid) + cv::countNonZero(shown.background) > 0;
-    const int lines = (has_bar ? 3 : 1) + (has_marks ? 1 : 0);
-    cv::Mat whole(picture.rows + 2 * pad + lines * line, width, CV_8UC3, cv::Scalar::all(250));
+              width = std::max(picture.cols, 320 * scale), inside = width - 2 * pad, lines = 2 * line;
+    cv::Mat whole(picture.rows + 2 * pad + lines, width, CV_8UC3, cv::Scalar::all(250));
     picture.copyTo(whole(cv::Rect((width - picture.cols) / 2, 0, picture.cols, picture.rows)));
-    int y = picture.rows + pad;
-    const auto draw = [&](const std::string& text, int x, bool ends_there = false) {
+    const auto draw = [&](const std::string& text, double part) { // of the width, which is left of it
         const double size = 0.4 * scale;
         const int wide = cv::getTextSize(text, cv::FONT_HERSHEY_SIMPLEX, size, scale, nullptr).width;
-        cv::putText(whole, text, {ends_there ? x - wide : x, y + 12 * scale}, cv::FONT_HERSHEY_SIMPLEX, size, ink,
-                    scale, cv::LINE_AA);
-        return x + wide;
+        const cv::Point place(pad + int(part * (inside - wide)), picture.rows + pad + line + 12 * scale);
+        cv::putText(whole, text, place, cv::FONT_HERSHEY_SIMPLEX, size, cv::Scalar::all(32), scale, cv::LINE_AA);
     };
-    if (has_bar) {
-        cv::Mat_<unsigned char> codes(1, 256);
-        for (int i = 0; i < 256; ++i)
-            codes(i) = static_cast<unsigned char>(i);
-        cv::Mat place = whole(cv::Rect(pad, y, inside, line - 4 * scale));
-        cv::resize(colors_of(codes, map), place, place.size(), 0, 0, cv::INTER_NEAREST);
-        y += line;
-        draw(number(shown.low), pad);
-        draw(number(shown.high), pad + inside, true);
-        y += line;
+    if (viewed.kind == Viewed::Kind::normals) {
+        draw(viewed.name + ": (n + 1) / 2, x red, y green, z blue", 0);
+        return whole;
     }
-    draw(meaning_of(viewed, shown), pad);
-    y += line;
-    int x = pad;
-    for (const auto& [marked, color, name] :
-         {std::tuple(shown.invalid, invalid_color, "invalid"), {shown.background, background_color, "background"}})
-        if (const int count = cv::countNonZero(marked); count > 0) {
-            whole(cv::Rect(x, y + 2 * scale, 11 * scale, 11 * scale)).setTo(color);
-            x = draw(fmt::format("{} {}", count, name), x + 16 * scale) + 16 * scale;
-        }
+    cv::Mat_<unsigned char> codes(1, 256);
+    std::iota(codes.begin(), codes.end(), static_cast<unsigned char>(0));
+    cv::Mat bar = whole(cv::Rect(pad, picture.rows + pad, inside, line - 4 * scale));
+    cv::resize(colors_of(codes, map), bar, bar.size(), 0, 0, cv::INTER_NEAREST);
+    draw(number(viewed.low), 0);
+    draw(viewed.name + (viewed.unit.empty() ? "" : " [" + viewed.unit + "]"), 0.5);
+    draw(number(viewed.high), 1);
     return whole;
 }
 
-void announce(const ShowArguments& options, const ToShow& shot, const cv::Mat& picture, const Viewed& viewed,
-              const Shown& shown) {
-    const bool values = viewed.kind == Viewed::Kind::values, any = !shown.values.empty();
-    const double least = any ? double{shown.values.front()} : 0, greatest = any ? double{shown.values.back()} : 0;
-    const auto invalid = std::size_t(cv::countNonZero(shown.invalid));
-    const int background = cv::countNonZero(shown.background);
+void announce(const ShowArguments& options, const Job& job, const Viewed& viewed) {
+    const auto invalid = std::size_t(cv::countNonZero(viewed.invalid));
+    const std::string output = job.outputs.front().native();
     if (options.json) {
-        nlohmann::ordered_json line{{"input", shot.file.native()}, {"output", shot.output.native()},
-                                    {"width", picture.cols},       {"height", picture.rows},
-                                    {"shows", viewed.name},        {"pixels", viewed.image.total()},
-                                    {"invalid", invalid},          {"background", background}};
-        if (values)
-            line.update({{"min", any ? json_number(least) : nlohmann::ordered_json()},
-                         {"max", any ? json_number(greatest) : nlohmann::ordered_json()},
-                         {"range", {shown.low, shown.high}},
-                         {"scale", scale_names[int(shown.scale)]},
-                         {"map", map_names[int(options.map)]}});
-        print_json(line);
-        return;
+        nlohmann::ordered_json line{{"input", job.input.native()},
+                                    {"output", output},
+                                    {"shows", viewed.name},
+                                    {"invalid", invalid},
+                                    {"background", cv::countNonZero(viewed.background)}};
+        if (!viewed.values.empty())
+            line.update({{"min", json_number(double{viewed.values.front()})},
+                         {"max", json_number(double{viewed.values.back()})},
+                         {"range", {viewed.low, viewed.high}}});
+        return print_json(line);
     }
-    std::string what = io::printable(viewed.name);
-    if (values && any)
-        what += fmt::format(" {} to {}, {} from {} to {}, {} scale", number(least), number(greatest),
-                            map_names[int(options.map)], number(shown.low), number(shown.high),
-                            scale_names[int(shown.scale)]);
-    else if (values)
+    std::string what = viewed.name;
+    if (!viewed.values.empty())
+        what += fmt::format(" {} to {}", number(double{viewed.values.front()}), number(double{viewed.values.back()}));
+    else if (viewed.kind == Viewed::Kind::values)
         what += ": no finite value";
-    if (background > 0)
-        what += fmt::format(", {} background", background);
-    fmt::print("{}  {} × {}  {}, {}\n", io::printable(shot.output.native()), viewed.image.cols, viewed.image.rows, what,
-               invalid_in_words(invalid, viewed.image.total()));
+    fmt::print("{}  {} × {}  {}, {}\n", io::printable(output), viewed.image.cols, viewed.image.rows,
+               io::printable(what), invalid_in_words(invalid, viewed.image.total()));
 }
 
-void show(const ShowArguments& options, const ToShow& shot) {
-    Viewed viewed = read_viewed(shot.file, options.channel);
-    if (viewed.kind != Viewed::Kind::values && (options.range || options.scale != ColorScale::linear))
-        io::refuse(shot.file, fmt::format("holds {}, which have no range; leave --range and --scale out, or name one "
-                                          "channel with --channel",
-                                          viewed.kind == Viewed::Kind::normals ? "normals" : "pictures"));
+void show(const ShowArguments& options, const Job& job) {
+    if (!job.missing.empty())
+        throw Error(missing_in_words(options.files, job));
+    Viewed viewed = read_viewed(job.input, options.channel);
+    find_marked(viewed);
+    if (options.range && viewed.kind != Viewed::Kind::values)
+        io::refuse(job.input, "holds normals or a picture, which have no range; leave --range out, or give --channel");
+    if (options.range)
+        std::tie(viewed.low, viewed.high) = std::pair((*options.range)[0], (*options.range)[1]);
     if (!options.unit.empty())
         viewed.unit = options.unit;
-    Shown shown;
-    try {
-        shown = look_at(viewed, options);
-    } catch (const Error& error) {
-        io::refuse(shot.file, error.what());
-    }
-    cv::Mat picture = false_color(viewed, shown, options.map);
+    cv::Mat picture = false_color(viewed, options.map);
     if (options.legend && viewed.kind != Viewed::Kind::picture)
-        picture = with_legend(picture, viewed, shown, options.map);
-    const io::NewFile file{shot.output, io::png_bytes(picture)};
-    if (std::error_code told_by_writing; options.files.is_sequence() || options.output.ends_with('/'))
-        fs::create_directories(shot.output.parent_path(), told_by_writing);
+        picture = with_legend(picture, viewed, options.map);
+    const io::NewFile file{job.outputs.front(), io::png_bytes(picture)};
     io::replace_files({&file, 1});
-    announce(options, shot, picture, viewed, shown);
+    announce(options, job, viewed);
 }
 
 int show(const ShowArguments& options) {
     int code = done;
-    for (const ToShow& shot : all_to_show(options))
+    for (const Job& job : jobs_of(options))
         try {
-            show(options, shot);
+            show(options, job);
         } catch (const Error& error) {
             complain(error.what());
             code = input_failed;
@@ -415,43 +302,33 @@ int show(const ShowArguments& options) {
     return code;
 }
 
-// MIN:MAX; false for anything else.
-bool take_range(const std::string& text, ShowArguments& options) {
-    const std::size_t colon = text.find(':');
-    double low = 0, high = 0;
-    if (colon == std::string::npos || !CLI::detail::lexical_cast(text.substr(0, colon), low) ||
-        !CLI::detail::lexical_cast(text.substr(colon + 1), high))
-        return false;
-    options.range = {low, high};
-    return is_range(low, high);
+// Takes MIN:MAX, or says what is wrong.
+std::string take_range(std::string text, ShowArguments& options) {
+    const std::string given = text;
+    std::ranges::replace(text, ':', ',');
+    const std::vector<double> ends = numbers_in(text, 2);
+    if (ends.empty() || !(ends[0] < ends[1]) || std::isinf(ends[1]) || given.find(',') != std::string::npos)
+        return "'" + given + "' will not do; it is MIN:MAX, two finite numbers that ascend, as in 0.5:12";
+    options.range = {ends[0], ends[1]};
+    return {};
 }
 
 std::function<int()> configure_show(CLI::App& app) {
     auto options = std::make_shared<ShowArguments>();
-    add_option(app, "Input", "FILE", "FILE", options->files.arguments,
+    add_option(app, "Input", "FILE", "FILE", options->files.inputs.arguments,
                "results or depth images: EXR, PNG, TIFF, PFM, NPY, PGM or HDR.\nAlso a folder, or "
                "'ao.####.exr', 'ao.%04d.exr' or 'ao.*.exr'")
         ->required();
     add_option(app, "Input", "--channel", "NAME", options->channel,
                "EXR channel or layer to show (default: the result's own, or\nnormals, depth, a picture)");
-    add_option(app, "Output", "-o,--output", "PICTURE.png", options->output,
+    add_option(app, "Output", "-o,--output", "PICTURE.png", options->files.output,
                "PNG to write, a folder, or ao.####.png\n(default: FILE with .show.png for its extension)");
     app.add_option("--range", "values at the ends of the map (default: the least and the\ngreatest, without rare ones)")
         ->type_name("MIN:MAX")
-        ->check(CLI::Validator(
-            [options](std::string& text) {
-                return take_range(text, *options)
-                           ? std::string()
-                           : "'" + text + "' will not do; it is MIN:MAX, two finite numbers that ascend, as in 0.5:12";
-            },
-            ""))
-        ->group("Output");
-    add_enum_option(app, "--scale", options->scale,
-                    {{"linear", ColorScale::linear}, {"log", ColorScale::log}, {"inverse", ColorScale::inverse}},
-                    "between them (default: linear), by the logarithm, or by 1 / value")
+        ->check(CLI::Validator([options](std::string& text) { return take_range(text, *options); }, ""))
         ->group("Output");
     add_enum_option(app, "--map", options->map,
-                    {{"viridis", ColorMap::viridis}, {"turbo", ColorMap::turbo}, {"grey", ColorMap::grey}},
+                    {{"viridis", int{cv::COLORMAP_VIRIDIS}}, {"turbo", int{cv::COLORMAP_TURBO}}, {"grey", grey}},
                     "colours of values (default: viridis, whose steps look equal)")
         ->group("Output");
     add_option(app, "Output", "--unit", "NAME", options->unit, "unit of the values, for the legend");

@@ -242,15 +242,6 @@ std::optional<HeaderCamera> camera_of(const Header& header, const Matrix4d& worl
     if (parallel || w > 0)
         view.row(2) = -view.row(2); // +z was ahead
     camera.view = view;
-    const double window = header.screen_window_width();
-    if (!parallel && window != 1 && std::abs(header.width / window / fx - 1) > same_lens)
-        camera.warnings.push_back("screenWindowWidth and worldToNDC give focal lengths of " +
-                                  shown_number(header.width / window) + " and " + shown_number(fx) +
-                                  " pixels; the second is taken");
-    if (std::abs(fy / fx / header.pixel_aspect() - 1) > same_lens)
-        camera.warnings.push_back("worldToNDC has pixels of aspect " + shown_number(fy / fx) +
-                                  ", pixelAspectRatio is " + shown_number(header.pixel_aspect()) +
-                                  "; the first is taken");
     return camera;
 }
 

@@ -324,6 +324,7 @@ void PartReader::read(const cv::Rect& held, const std::vector<cv::Mat>& pixels) 
 
 bool begins_like_exr(const std::filesystem::path& file) {
     static constexpr Bytes::value_type magic[] = {0x76, 0x2f, 0x31, 0x01};
+    check_readable(file);
     return std::ranges::equal(read_head(file, std::size(magic)), magic);
 }
 
@@ -410,7 +411,6 @@ std::vector<std::string> depth_channels(const std::filesystem::path& file) {
 namespace fathom {
 
 std::vector<Channel> list_channels(const std::filesystem::path& file) {
-    io::check_readable(file);
     if (!io::begins_like_exr(file))
         return {};
     return io::refusing_damage(file, [&] {

@@ -3,6 +3,8 @@
 #include "camera_file/file.hpp"
 #include "io/formats.hpp"
 
+#include <opencv2/core.hpp>
+
 #include <cstdint>
 #include <optional>
 #include <span>
@@ -35,19 +37,46 @@ int orientation_of(View exif);
 /// Says that the picture stands upright.
 void set_upright(Bytes& exif);
 
-/// The pixels of a file whose bytes, which are taken, have been checked; it is refused where OpenCV reads none or another size. Nothing
-/// is printed.
-cv::Mat decoded(const std::filesystem::path& file, Bytes& bytes, cv::Size size);
+/// A file in memory that has a name for libraries.
+class MemoryFile {
+public:
+    /// `file` stands in the message of a failure.
+    MemoryFile(const std::filesystem::path& file, View bytes);
+    MemoryFile(const MemoryFile&) = delete;
+    MemoryFile& operator=(const MemoryFile&) = delete;
+    ~MemoryFile();
 
-/// `check_size`, and what OpenCV takes.
-void check_codec_size(const std::filesystem::path& file, long long width, long long height);
+    std::string name() const;
+
+private:
+    int descriptor_;
+};
+
+/// While one lives, nothing that its thread prints to stderr appears, and errors of libtiff are kept.
+class Quiet {
+public:
+    Quiet();
+    Quiet(const Quiet&) = delete;
+    Quiet& operator=(const Quiet&) = delete;
+    ~Quiet();
+
+    /// The first error of libtiff in this thread: OpenCV forgives some.
+    static std::string& tiff_error();
+};
+
+/// A function of OpenCV's codecs or of a library behind them. Throws: Error where there is none.
+void* codec_function(const char* name);
+
+/// The pixels of a file that has been checked; it is refused where OpenCV reads none or another size.
+cv::Mat decoded(const std::filesystem::path& file, const MemoryFile& memory, cv::Size size);
+
+/// Likewise of a file's bytes, which are taken.
+cv::Mat decoded(const std::filesystem::path& file, Bytes& bytes, cv::Size size);
 
 /// The bytes of an image in B, G, R order, by the extension of the format and its parameters, as `cv::imencode` has them.
 Bytes encoded(const std::string& extension, const cv::Mat& bgr, const std::vector<int>& parameters = {});
 
-Bytes deflated(View content);
-
-/// Of the formats that OpenCV reads. Each changes bytes that OpenCV takes otherwise than their format means them.
+/// Of the formats that OpenCV reads.
 PictureFile read_png(const std::filesystem::path& file, Bytes& bytes);
 PictureFile read_jpeg(const std::filesystem::path& file, Bytes& bytes);
 PictureFile read_tiff(const std::filesystem::path& file, Bytes& bytes);

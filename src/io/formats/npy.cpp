@@ -5,12 +5,11 @@
 #include <opencv2/core.hpp>
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <charconv>
-#include <cstring>
 #include <limits>
 #include <memory>
-#include <set>
 #include <string_view>
 #include <utility>
 
@@ -21,34 +20,37 @@ namespace {
 
 constexpr std::string_view magic = "\x93NUMPY";
 
-struct Type;
+/// A type of elements, as NumPy names it: a letter and the number of bytes.
+struct Type {
+    std::string_view name;
+    int depth; ///< OpenCV's; none for integers of 64 bits
+
+    std::size_t bytes() const { return static_cast<std::size_t>(name[1] - '0'); }
+    bool is_signed() const { return name[0] == 'i'; }
+};
+constexpr int none = -1;
+constexpr Type types[] = {{"f2", CV_16F}, {"f4", CV_32F}, {"f8", CV_64F}, {"b1", CV_8U},
+                          {"u1", CV_8U},  {"u2", CV_16U}, {"u4", CV_32S}, {"u8", none},
+                          {"i1", CV_8S},  {"i2", CV_16S}, {"i4", CV_32S}, {"i8", none}};
 
 struct Layout {
     const Type* type = nullptr;
-    bool little_endian = true; ///< the order of these bytes
+    bool swapped = false; ///< are the bytes of an element?
     bool columns_first = false;
     int rows = 0, cols = 0, channels = 1;
 
-    /// Where an element lies, counted in elements.
-    std::size_t place(int row, int col, int channel) const {
-        const auto y = static_cast<std::size_t>(row), x = static_cast<std::size_t>(col),
-                   c = static_cast<std::size_t>(channel), height = static_cast<std::size_t>(rows),
-                   width = static_cast<std::size_t>(cols), depth = static_cast<std::size_t>(channels);
-        return columns_first ? (c * width + x) * height + y : (y * width + x) * depth + c;
-    }
+    std::uint64_t elements() const { return std::uint64_t(rows) * std::uint64_t(cols) * std::uint64_t(channels); }
+    std::uint64_t bytes() const { return elements() * type->bytes(); }
 };
 
 /// The text behind a key of the header, which is a Python dictionary.
 std::string_view value_of(const std::filesystem::path& file, std::string_view header, const std::string& key) {
-    for (const char quote : {'\'', '"'}) {
-        const std::string name = quote + key + quote;
-        if (const auto at = header.find(name); at != std::string_view::npos) {
-            const auto begin = header.find_first_not_of(" :", at + name.size());
-            if (begin != std::string_view::npos)
-                return header.substr(begin);
-        }
-    }
-    refuse(file, "is a NumPy array without \"" + key + "\" in its header; it is damaged, save it again");
+    const std::string name = "'" + key + "'";
+    const auto at = header.find(name);
+    const auto begin = at == header.npos ? at : header.find_first_not_of(" :", at + name.size());
+    if (begin == header.npos)
+        refuse(file, "is a NumPy array without \"" + key + "\" in its header; it is damaged, save it again");
+    return header.substr(begin);
 }
 
 void read_shape(const std::filesystem::path& file, std::string_view text, Layout& layout) {
@@ -73,103 +75,13 @@ void read_shape(const std::filesystem::path& file, std::string_view text, Layout
     layout.channels = sizes.size() == 3 ? static_cast<int>(sizes[2]) : 1;
 }
 
-/// The element at a place of the data, in this machine's byte order.
-template <typename Element>
-Element element_at(const unsigned char* data, std::size_t place, bool swapped) {
-    unsigned char bytes[sizeof(Element)];
-    std::memcpy(bytes, data + place * sizeof(Element), sizeof(Element));
-    if (swapped)
-        std::reverse(std::begin(bytes), std::end(bytes));
-    return std::bit_cast<Element>(bytes);
-}
-
-/// The image, each element converted by `convert`, and in OpenCV's order: that of the file is R, G, B.
-template <typename Element, typename Held>
-cv::Mat converted(const Layout& layout, const unsigned char* data, int type, const auto& convert) {
-    cv::Mat image(layout.rows, layout.cols, type);
-    const bool swapped = layout.little_endian != is_little_endian;
-    for (int y = 0; y < image.rows; ++y) {
-        for (int x = 0; x < image.cols; ++x)
-            for (int c = 0; c < layout.channels; ++c)
-                image.ptr<Held>(y)[x * layout.channels + c] =
-                    convert(element_at<Element>(data, layout.place(y, x, c), swapped), x, y);
-        swap_red_and_blue_of_row(image, y);
-    }
-    return image;
-}
-
-/// Integers of 8, 16 or 32 bits, which hold all that was stored.
-template <typename Element, typename Held, int depth>
-cv::Mat integers(const std::filesystem::path& file, const Layout& layout, const unsigned char* data) {
-    return converted<Element, Held>(
-        layout, data, CV_MAKETYPE(depth, layout.channels), [&](Element value, int x, int y) {
-            if (std::cmp_less(value, 0) ||
-                std::cmp_greater(value, std::numeric_limits<std::make_unsigned_t<Held>>::max()))
-                refuse(file, "pixel (" + std::to_string(x) + ", " + std::to_string(y) + ") holds " +
-                                 std::to_string(value) +
-                                 ", which is no depth of 32 bits; save floats (array.astype(\"float32\"))");
-            return static_cast<Held>(value);
-        });
-}
-
-/// Floats, doubles of which are rounded.
-template <typename Element>
-cv::Mat floats(const std::filesystem::path&, const Layout& layout, const unsigned char* data) {
-    return converted<Element, float>(layout, data, CV_32FC(layout.channels),
-                                     [](Element value, int, int) { return static_cast<float>(value); });
-}
-
-/// Half floats of depth as they are; those of a picture as floats.
-cv::Mat halves(const std::filesystem::path&, const Layout& layout, const unsigned char* data) {
-    const cv::Mat held = converted<std::uint16_t, std::uint16_t>(layout, data, CV_16FC(layout.channels),
-                                                                 [](std::uint16_t bits, int, int) { return bits; });
-    cv::Mat floats;
-    if (layout.channels > 1)
-        held.convertTo(floats, CV_32F);
-    return layout.channels > 1 ? floats : held;
-}
-
-/// As codes, or as floats where some are below 0.
-cv::Mat signed_shorts(const std::filesystem::path& file, const Layout& layout, const unsigned char* data) {
-    bool negative = false;
-    const cv::Mat values =
-        converted<std::int16_t, float>(layout, data, CV_32FC(layout.channels), [&](std::int16_t value, int, int) {
-            negative |= value < 0;
-            return static_cast<float>(value);
-        });
-    return negative ? values : integers<std::int16_t, std::uint16_t, CV_16U>(file, layout, data);
-}
-
-/// A type of elements, as NumPy names it: a letter and the number of bytes.
-struct Type {
-    std::string_view name;
-    cv::Mat (*read)(const std::filesystem::path& file, const Layout& layout, const unsigned char* data);
-
-    std::size_t bytes() const { return static_cast<std::size_t>(name[1] - '0'); }
-};
-constexpr Type types[] = {{"f2", halves},
-                          {"f4", floats<float>},
-                          {"f8", floats<double>},
-                          {"b1", integers<std::uint8_t, std::uint8_t, CV_8U>},
-                          {"u1", integers<std::uint8_t, std::uint8_t, CV_8U>},
-                          {"u2", integers<std::uint16_t, std::uint16_t, CV_16U>},
-                          {"u4", integers<std::uint32_t, std::int32_t, CV_32S>},
-                          {"u8", integers<std::uint64_t, std::int32_t, CV_32S>},
-                          {"i1", integers<std::int8_t, std::uint8_t, CV_8U>},
-                          {"i2", signed_shorts},
-                          {"i4", integers<std::int32_t, std::int32_t, CV_32S>},
-                          {"i8", integers<std::int64_t, std::int32_t, CV_32S>}};
-
 void read_type(const std::filesystem::path& file, std::string_view text, Layout& layout) {
     const std::string type(text.substr(0, text.find_first_of(",}")));
-    const bool known = text.size() > 4 && (text[0] == '\'' || text[0] == '"') && text[4] == text[0] &&
-                       std::string_view("<>=|").find(text[1]) != std::string_view::npos;
-    const std::string_view name = known ? text.substr(2, 2) : "";
-    const Type* found = std::ranges::find(types, name, &Type::name);
-    if (found == std::end(types))
+    const bool known = text.size() > 4 && text[0] == '\'' && text[4] == '\'';
+    layout.swapped = known && text[1] == (is_little_endian ? '>' : '<');
+    layout.type = std::ranges::find(types, known ? text.substr(2, 2) : "", &Type::name);
+    if (layout.type == std::end(types))
         refuse(file, "is a NumPy array of " + type + "; save floats, or integers (array.astype(\"float32\"))");
-    layout.type = found;
-    layout.little_endian = text[1] == '<' || (text[1] != '>' && is_little_endian);
 }
 
 /// The layout of an array, and where its data begin. `bytes`: at least its header.
@@ -192,35 +104,79 @@ std::pair<Layout, std::size_t> layout_of(const std::filesystem::path& file, cons
     read_type(file, value_of(file, header, "descr"), layout);
     read_shape(file, value_of(file, header, "shape"), layout);
     layout.columns_first = value_of(file, header, "fortran_order").starts_with("True");
+    if (layout.columns_first && layout.channels > 1)
+        refuse(file, "is a NumPy array of channels in Fortran's order; save numpy.ascontiguousarray(array)");
     return {layout, at + length};
-}
-
-/// Elements of an array.
-std::size_t elements(const Layout& layout) {
-    return layout.place(layout.rows - 1, layout.cols - 1, layout.channels - 1) + 1;
 }
 
 bool is_npy(const Bytes& bytes) {
     return std::string_view(reinterpret_cast<const char*>(bytes.data()), bytes.size()).starts_with(magic);
 }
 
-} // namespace
-
-ArraySize npy_size(const std::filesystem::path& file, const Bytes& head) {
-    if (!is_npy(head))
-        refuse(file, "holds no NumPy array under this name; it is damaged, save it again");
-    const auto [layout, at] = layout_of(file, head);
-    return {at + elements(layout) * layout.type->bytes(), elements(layout)};
+[[noreturn]] void refuse_value(const std::filesystem::path& file, cv::Point pixel, std::int64_t value) {
+    refuse(file, "pixel (" + std::to_string(pixel.x) + ", " + std::to_string(pixel.y) + ") holds " +
+                     std::to_string(value) + ", which is no depth of 32 bits; save floats (array.astype(\"float32\"))");
 }
+
+/// Integers of 64 bits that fit into 32.
+cv::Mat narrowed(const std::filesystem::path& file, const unsigned char* data, int rows, int cols,
+                 const Layout& layout) {
+    cv::Mat image(rows, cols, CV_32SC(layout.channels));
+    for (int y = 0; y < rows; ++y)
+        for (int i = 0; i < cols * layout.channels; ++i, data += sizeof(std::int64_t)) {
+            std::array<unsigned char, sizeof(std::int64_t)> bytes{};
+            std::copy_n(data, bytes.size(), bytes.begin());
+            if (layout.swapped)
+                std::ranges::reverse(bytes);
+            const auto value = std::bit_cast<std::int64_t>(bytes);
+            if (value < 0 || value > std::numeric_limits<std::uint32_t>::max())
+                refuse_value(file, {i / layout.channels, y}, value);
+            image.ptr<std::uint32_t>(y)[i] = static_cast<std::uint32_t>(value);
+        }
+    return image;
+}
+
+/// A copy of what other programs' files hold, too: codes without a sign, halves, floats. Doubles are rounded; signed numbers of 16 bits become
+/// floats where some are below 0, and so do halves of pictures.
+cv::Mat as_held(const std::filesystem::path& file, const cv::Mat& image, const Type& type) {
+    cv::Mat held;
+    double least = 0;
+    cv::Point where;
+    if (type.is_signed() && type.depth != none)
+        cv::minMaxLoc(image.reshape(1), &least, nullptr, &where);
+    if (least < 0 && image.depth() != CV_16S)
+        refuse_value(file, {where.x / image.channels(), where.y}, static_cast<std::int64_t>(least));
+    if (image.depth() == CV_64F || least < 0 || (image.depth() == CV_16F && image.channels() > 1))
+        image.convertTo(held, CV_32F);
+    else if (image.depth() == CV_8S || image.depth() == CV_16S)
+        image.convertTo(held, image.depth() == CV_8S ? CV_8U : CV_16U);
+    else
+        held = image.clone();
+    for (int y = 0; y < held.rows; ++y)
+        swap_red_and_blue_of_row(held, y);
+    return held;
+}
+
+} // namespace
 
 std::optional<cv::Mat> read_npy(const std::filesystem::path& file, const Bytes& bytes) {
     if (!is_npy(bytes))
         return std::nullopt;
     const auto [layout, at] = layout_of(file, bytes);
-    if ((bytes.size() - at) / layout.type->bytes() < elements(layout))
+    if (bytes.size() - at < layout.bytes())
         refuse(file, "ends too early: " + described(cv::Size(layout.cols, layout.rows)) + " pixels do not fit into " +
                          std::to_string(bytes.size()) + " bytes; write or copy it again");
-    return layout.type->read(file, layout, bytes.data() + at);
+    const int rows = layout.columns_first ? layout.cols : layout.rows,
+              cols = layout.columns_first ? layout.rows : layout.cols;
+    cv::Mat image = layout.type->depth == none ? narrowed(file, bytes.data() + at, rows, cols, layout)
+                                               : cv::Mat(rows, cols, CV_MAKETYPE(layout.type->depth, layout.channels),
+                                                         const_cast<unsigned char*>(bytes.data() + at));
+    if (layout.swapped && layout.type->depth != none) {
+        image = image.clone();
+        for (unsigned char* each = image.data; each != image.dataend; each += layout.type->bytes())
+            std::reverse(each, each + layout.type->bytes());
+    }
+    return as_held(file, layout.columns_first ? cv::Mat(image.t()) : image, *layout.type);
 }
 
 Bytes npy_bytes(const cv::Mat& image, bool is_color) {
@@ -252,14 +208,11 @@ Bytes npy_bytes(const cv::Mat& image, bool is_color) {
 
 namespace {
 
-constexpr std::string_view local_magic = "PK\x03\x04", central_magic = "PK\x01\x02", end_magic = "PK\x05\x06",
-                           end64_magic = "PK\x06\x06", place64_magic = "PK\x06\x07";
-constexpr std::uint64_t in_extra = 0xffffffff; ///< where a number of 4 bytes is too small, an extra field has 8
+constexpr std::string_view local_magic = "PK\x03\x04", central_magic = "PK\x01\x02", end_magic = "PK\x05\x06";
 
 struct Member {
     std::string name;
-    bool is_encrypted = false;
-    std::uint64_t method = 0, sum = 0, packed = 0, size = 0, offset = 0;
+    std::uint64_t flags, method, sum, packed, size, offset;
 };
 
 /// The numbers of an archive, which are little-endian.
@@ -271,6 +224,11 @@ public:
         refuse(file_, "is a damaged or truncated archive; save or copy it again");
     }
 
+    std::vector<Member> members() const;
+    /// The first `most` bytes of a member.
+    Bytes unpacked(const Member& member, std::uint64_t most) const;
+
+private:
     std::span<const unsigned char> part(std::uint64_t at, std::uint64_t count) const {
         if (at > bytes_.size() || count > bytes_.size() - at)
             refuse_damage();
@@ -286,105 +244,44 @@ public:
             value |= std::uint64_t{part(at, count)[i]} << (8 * i);
         return value;
     }
-    void expect(std::uint64_t at, std::string_view magic) const {
-        if (text(at, magic.size()) != magic)
-            refuse_damage();
-    }
-
-    std::vector<Member> members() const;
-    Bytes unpacked(const Member& member, std::uint64_t most) const;
-
-private:
-    /// Where the list of members begins, and how many there are.
-    std::pair<std::uint64_t, std::uint64_t> directory() const;
-    Member member(std::uint64_t at) const;
-    std::span<const unsigned char> packed(const Member& member) const;
 
     const std::filesystem::path& file_;
     const Bytes& bytes_;
 };
 
-std::pair<std::uint64_t, std::uint64_t> Archive::directory() const {
-    constexpr std::size_t fixed = 22, longest_comment = 65535;
-    const std::string_view all(reinterpret_cast<const char*>(bytes_.data()), bytes_.size());
-    const std::size_t end = all.rfind(end_magic);
-    if (end == all.npos || all.size() - end < fixed || all.size() - end > fixed + longest_comment)
-        refuse_damage();
-    std::uint64_t count = number(end + 10, 2), begin = number(end + 16, 4);
-    if (end >= 20 && text(end - 20, 4) == place64_magic) {
-        const std::uint64_t end64 = number(end - 20 + 8, 8);
-        expect(end64, end64_magic);
-        count = number(end64 + 32, 8);
-        begin = number(end64 + 48, 8);
-    }
-    return {begin, count};
-}
-
-Member Archive::member(std::uint64_t at) const {
-    expect(at, central_magic);
-    Member found{.name = std::string(text(at + 46, number(at + 28, 2))),
-                 .is_encrypted = (number(at + 8, 2) & 1) != 0,
-                 .method = number(at + 10, 2),
-                 .sum = number(at + 16, 4),
-                 .packed = number(at + 20, 4),
-                 .size = number(at + 24, 4),
-                 .offset = number(at + 42, 4)};
-    std::uint64_t extra = at + 46 + found.name.size();
-    for (const std::uint64_t end = extra + number(at + 30, 2); extra + 4 <= end;) {
-        const std::uint64_t kind = number(extra, 2), next = extra + 4 + number(extra + 2, 2);
-        extra += 4;
-        for (std::uint64_t* const value : {&found.size, &found.packed, &found.offset})
-            if (kind == 1 && *value == in_extra && extra + 8 <= next) {
-                *value = number(extra, 8);
-                extra += 8;
-            }
-        extra = next;
-    }
-    return found;
-}
-
 std::vector<Member> Archive::members() const {
-    auto [at, count] = directory();
+    constexpr std::uint64_t wide = 0xffffffff, many = 0xffff; // numbers that ZIP64 has elsewhere
+    const std::size_t end = text(0, bytes_.size()).rfind(end_magic);
+    if (end == std::string_view::npos || bytes_.size() - end < 22)
+        refuse_damage();
+    const std::uint64_t count = number(end + 10, 2);
+    std::uint64_t at = number(end + 16, 4);
+    bool is_wide = count == many || at == wide;
     std::vector<Member> all;
-    std::set<std::string> names;
-    for (; count > 0; --count) {
-        all.push_back(member(at));
-        if (!names.insert(all.back().name).second)
-            refuse(file_, "has two members named \"" + printable(all.back().name) + "\"; write it again");
-        at += 46 + number(at + 28, 2) + number(at + 30, 2) + number(at + 32, 2);
+    for (std::uint64_t i = 0; i < count && !is_wide; ++i) {
+        if (text(at, central_magic.size()) != central_magic)
+            refuse_damage();
+        const Member& found = all.emplace_back(Member{std::string(text(at + 46, number(at + 28, 2))), number(at + 8, 2),
+                                                      number(at + 10, 2), number(at + 16, 4), number(at + 20, 4),
+                                                      number(at + 24, 4), number(at + 42, 4)});
+        is_wide = found.packed == wide || found.size == wide || found.offset == wide;
+        at += 46 + found.name.size() + number(at + 30, 2) + number(at + 32, 2);
     }
+    if (is_wide)
+        refuse(file_, "is an archive of 4 GiB or of 65535 members, which is not read; save the array alone");
     return all;
 }
 
-std::span<const unsigned char> Archive::packed(const Member& member) const {
-    expect(member.offset, local_magic);
-    return part(member.offset + 30 + number(member.offset + 26, 2) + number(member.offset + 28, 2), member.packed);
-}
-
-/// The first `most` bytes of a member.
 Bytes Archive::unpacked(const Member& member, std::uint64_t most) const {
-    const auto from = packed(member);
+    if (text(member.offset, local_magic.size()) != local_magic)
+        refuse_damage();
+    const auto from =
+        part(member.offset + 30 + number(member.offset + 26, 2) + number(member.offset + 28, 2), member.packed);
     if (member.method == 0)
         return Bytes(from.begin(),
                      from.begin() + static_cast<std::ptrdiff_t>(std::min<std::uint64_t>(most, from.size())));
-    Bytes bytes(most);
-    z_stream stream{};
-    if (inflateInit2(&stream, -MAX_WBITS) != Z_OK) // without a header of its own
-        throw std::bad_alloc();
-    const std::unique_ptr<z_stream, int (*)(z_stream*)> ended(&stream, inflateEnd);
-    constexpr std::size_t piece = std::size_t{1} << 30; // zlib counts in 32 bits
-    std::size_t taken = 0, given = 0;
-    for (int status = Z_OK; status == Z_OK && given < bytes.size();) {
-        stream.next_in = const_cast<unsigned char*>(from.data() + taken);
-        stream.next_out = bytes.data() + given;
-        const std::size_t in = std::min(piece, from.size() - taken), out = std::min(piece, bytes.size() - given);
-        stream.avail_in = static_cast<uInt>(in);
-        stream.avail_out = static_cast<uInt>(out);
-        status = inflate(&stream, Z_NO_FLUSH);
-        taken += in - stream.avail_in;
-        given += out - stream.avail_out;
-    }
-    if (given < bytes.size())
+    Bytes bytes = inflated(from, most, -MAX_WBITS);
+    if (bytes.size() < most)
         refuse_damage();
     return bytes;
 }
@@ -393,19 +290,23 @@ std::string called(const Member& member) {
     return printable(std::string_view(member.name).substr(0, member.name.size() - 4)); // without .npy
 }
 
-std::string what_is(const Member& member) {
-    return "array \"" + called(member) + "\" ";
-}
-
-/// The size of an array by its own header.
-ArraySize size_of(const std::filesystem::path& file, const Archive& archive, const Member& array) {
+/// What the array's own header says.
+Layout layout_in(const std::filesystem::path& file, const Archive& archive, const Member& array) {
     constexpr std::uint64_t longest_header = std::uint64_t{1} << 17;
-    if (array.is_encrypted || (array.method != 0 && array.method != Z_DEFLATED))
-        refuse(file, what_is(array) + "is encrypted, or packed in a way that NumPy does not use; save it with "
-                                      "numpy.savez_compressed");
+    if ((array.flags & 1) != 0 || (array.method != 0 && array.method != Z_DEFLATED))
+        refuse(file, "array \"" + called(array) +
+                         "\" is encrypted, or packed in a way that NumPy does not use; save it "
+                         "with numpy.savez_compressed");
     if (array.method == 0 ? array.packed != array.size : array.size / expansion::deflate > array.packed)
         archive.refuse_damage();
-    return npy_size(file, archive.unpacked(array, std::min(array.size, longest_header)));
+    const Bytes head = archive.unpacked(array, std::min(array.size, longest_header));
+    if (!is_npy(head))
+        refuse(file, "holds no NumPy array under this name; it is damaged, save it again");
+    const auto [layout, at] = layout_of(file, head);
+    if (at + layout.bytes() != array.size)
+        refuse(file, "array \"" + called(array) + "\" takes " + std::to_string(at + layout.bytes()) +
+                         " bytes by its header, and has " + std::to_string(array.size) + "; save it again");
+    return layout;
 }
 
 /// The array of a name. Without one the only image among them, or the one that is called depth.
@@ -427,8 +328,8 @@ const Member& chosen(const std::filesystem::path& file, const Archive& archive, 
         return arrays.front();
     std::vector<const Member*> images;
     for (const Member& each : std::span(arrays).first(std::min(arrays.size(), most_unpacked)))
-        if (const auto size = if_any([&] { return size_of(file, archive, each); });
-            size && size->pixels > most_of_matrix)
+        if (const auto size = if_any([&] { return layout_in(file, archive, each); });
+            size && size->elements() > most_of_matrix)
             images.push_back(&each);
     if (const auto depth = std::ranges::find(images, "depth", [](const Member* each) { return lower(called(*each)); });
         depth != images.end())
@@ -440,29 +341,21 @@ const Member& chosen(const std::filesystem::path& file, const Archive& archive, 
 
 } // namespace
 
-bool is_npz(const Bytes& head) {
-    const std::string_view begin(reinterpret_cast<const char*>(head.data()), head.size());
-    return begin.starts_with(end_magic) || begin.starts_with(local_magic);
-}
-
 std::optional<cv::Mat> read_npz(const std::filesystem::path& file, const Bytes& bytes, const std::string& name,
                                 std::size_t memory) {
-    if (!is_npz(bytes))
+    const std::string_view begin(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+    if (!begin.starts_with(end_magic) && !begin.starts_with(local_magic))
         return std::nullopt;
     const Archive archive(file, bytes);
     std::vector<Member> arrays = archive.members();
     std::erase_if(arrays, [](const Member& each) { return !each.name.ends_with(".npy"); });
     const Member& array = chosen(file, archive, arrays, name);
-    const std::string what = what_is(array);
-    const std::uint64_t needed = size_of(file, archive, array).bytes;
-    if (needed != array.size)
-        refuse(file, what + "takes " + std::to_string(needed) + " bytes by its header, and has " +
-                         std::to_string(array.size) + "; save it again");
+    layout_in(file, archive, array);
     const std::uint64_t most = memory > 0 ? memory : usable_memory();
-    if (needed > most)
-        refuse(file, what + "takes " + std::to_string(needed >> 20) + " MiB, and " + std::to_string(most >> 20) +
-                         " may be taken; raise --memory, or save a part of it");
-    const Bytes unpacked = archive.unpacked(array, needed);
+    if (array.size > most)
+        refuse(file, "array \"" + called(array) + "\" takes " + std::to_string(array.size >> 20) + " MiB, and " +
+                         std::to_string(most >> 20) + " may be taken; raise --memory, or save a part of it");
+    const Bytes unpacked = archive.unpacked(array, array.size);
     if (crc32_z(0, unpacked.data(), unpacked.size()) != array.sum)
         archive.refuse_damage();
     return read_npy(file, unpacked);

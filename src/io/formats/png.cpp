@@ -14,23 +14,15 @@
 namespace fathom::io {
 namespace {
 
+constexpr std::uint64_t largest_profile = 1u << 24;                            // bytes
 constexpr std::size_t png_signature = 8, png_header = png_signature + 12 + 13; // bytes; IHDR is the first chunk
 
-/// What a compressed chunk holds; nothing where it is damaged or larger than any profile.
-Bytes inflated(View compressed) {
-    constexpr std::size_t largest = 1u << 24;
-    for (std::size_t size = 4 * compressed.size() + 1024; size <= largest; size *= 4) {
-        Bytes content(size);
-        uLongf length = size;
-        const int result =
-            uncompress(content.data(), &length, compressed.data(), static_cast<uLong>(compressed.size()));
-        content.resize(length);
-        if (result == Z_OK)
-            return content;
-        if (result != Z_BUF_ERROR)
-            break;
-    }
-    return {};
+Bytes deflated(View content) {
+    uLongf length = compressBound(static_cast<uLong>(content.size()));
+    Bytes compressed(length);
+    compress(compressed.data(), &length, content.data(), static_cast<uLong>(content.size()));
+    compressed.resize(length);
+    return compressed;
 }
 
 /// A chunk of this type; nothing where it is empty.
@@ -70,7 +62,7 @@ PictureFile read_png(const std::filesystem::path& file, Bytes& bytes) {
         type = {reinterpret_cast<const char*>(chunk.data()) + 4, 4};
         if (type == "IHDR" && length == 13) {
             static constexpr std::uint64_t channels[] = {1, 0, 3, 1, 2, 0, 4, 0}; // by the type of colour
-            check_codec_size(file, big_endian(content), big_endian(content.subspan(4)));
+            check_size(file, big_endian(content), big_endian(content.subspan(4)));
             size = {static_cast<int>(big_endian(content)), static_cast<int>(big_endian(content.subspan(4)))};
             pixel_bits = content[8] * channels[content[9] % std::size(channels)];
         }
@@ -86,7 +78,7 @@ PictureFile read_png(const std::filesystem::path& file, Bytes& bytes) {
         if (type == "iCCP") { // a name, a zero, the method of compression
             const auto name = static_cast<std::size_t>(std::ranges::find(content, 0) - content.begin());
             if (name + 2 < content.size())
-                picture.icc = inflated(content.subspan(name + 2));
+                picture.icc = inflated(content.subspan(name + 2), largest_profile, MAX_WBITS);
         }
         rest = rest.subspan(chunk.size());
     }
