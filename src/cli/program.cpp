@@ -299,7 +299,8 @@ Program::Program()
         } else {
             add(
                 name.c_str(), operation.summary, operation.notes,
-                [&](CLI::App& app) { return configure_operation(app, operation); }, &operation);
+                [&](CLI::App& app) { return configure_operation(app, std::make_shared<OperationTask>(operation)); },
+                &operation);
         }
     }
     for (const Command* command : own)

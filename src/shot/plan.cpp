@@ -126,10 +126,10 @@ fs::path place(const DepthOptions& options, const Output& output, const Input& i
 }
 
 // What is read for an input.
-void find_files(const DepthOptions& options, const std::vector<Companion>& companions, const Input& input, Job& job) {
+void find_files(const DepthOptions& options, const Input& input, Job& job) {
     job.input = input.file;
     job.companions.clear();
-    for (const Companion& companion : companions)
+    for (const Companion& companion : options.companions)
         job.companions.push_back(companion_of(options, companion, input));
     if (options.camera.is_pattern())
         job.camera_file = options.camera.file_for(input);
@@ -146,8 +146,7 @@ fs::path first_missing(const Job& job) {
 }
 
 // Takes the files of the nearest earlier frame that has them all. `incomplete`: frames that do not, of the same sequence.
-void hold_earlier(const DepthOptions& options, const std::vector<Companion>& companions, const Input& input,
-                  std::set<Frame>& incomplete, Job& job) {
+void hold_earlier(const DepthOptions& options, const Input& input, std::set<Frame>& incomplete, Job& job) {
     const std::map<Frame, std::string>& there = options.inputs.there(input);
     for (auto earlier = std::make_reverse_iterator(there.lower_bound(*input.frame)); earlier != there.rend();
          ++earlier) {
@@ -155,7 +154,7 @@ void hold_earlier(const DepthOptions& options, const std::vector<Companion>& com
         if (incomplete.contains(frame))
             continue;
         Job candidate = job;
-        find_files(options, companions, {.file = file, .frame = frame}, candidate);
+        find_files(options, {.file = file, .frame = frame}, candidate);
         if (first_missing(candidate).empty()) {
             job = candidate;
             job.held = frame;
@@ -223,6 +222,13 @@ std::string value_for(const Animation& animation, const Input& input, bool inter
                                                          : "give every frame a line, or let --interpolate fill it"));
 }
 
+void give_results(const DepthOptions& options, const Input& input, Job& job) {
+    for (const Animation& animation : options.animations)
+        job.values.push_back(value_for(animation, input, options.interpolate));
+    for (const Output& output : options.outputs)
+        job.outputs.push_back(place(options, output, input));
+}
+
 void refuse_replacing(const DepthOptions& options, const std::vector<Job>& jobs) {
     std::set<std::optional<Identity>> read{identity(options.camera.file)};
     for (const Job& job : jobs) {
@@ -278,22 +284,17 @@ fs::path companion_of(const DepthOptions& options, const Companion& companion, c
     return file.empty() ? fs::path(companion.source) / fs::path(input.file).stem().concat(".exr") : file;
 }
 
-Job plan_frame(const DepthOptions& options, const std::vector<Output>& outputs,
-               const std::vector<Companion>& companions, Frame frame) {
+Job plan_frame(const DepthOptions& options, Frame frame) {
     const Input input{options.inputs.arguments.front(), frame};
     Job job{.input = {}, .companions = {}, .outputs = {}, .frame = frame};
     job.in_sequence = true;
-    find_files(options, companions, input, job);
-    for (const Animation& animation : options.animations)
-        job.values.push_back(value_for(animation, input, options.interpolate));
-    for (const Output& output : outputs)
-        job.outputs.push_back(place(options, output, input));
+    find_files(options, input, job);
+    give_results(options, input, job);
     return job;
 }
 
-std::vector<Job> plan(const DepthOptions& options, const std::vector<Output>& outputs,
-                      const std::vector<Companion>& companions) {
-    for (const Output& output : outputs)
+std::vector<Job> plan(const DepthOptions& options) {
+    for (const Output& output : options.outputs)
         check_target(options, output);
     std::vector<Job> jobs;
     std::map<fs::path, std::string> taken;
@@ -301,30 +302,26 @@ std::vector<Job> plan(const DepthOptions& options, const std::vector<Output>& ou
         taken.emplace(io::whole_path(options.log), "--log");
     std::map<std::size_t, std::set<Frame>> incomplete; // of each sequence
     for (const Input& input : options.inputs.all()) {
-        Job job{.input = {}, .companions = {}, .outputs = {}, .frame = input.frame};
+        Job& job = jobs.emplace_back(Job{.input = {}, .companions = {}, .outputs = {}, .frame = input.frame});
         job.in_sequence = input.source.has_value();
-        find_files(options, companions, input, job);
+        find_files(options, input, job);
         if (job.in_sequence && job.frame)
             job.missing = first_missing(job);
         if (!job.missing.empty() && options.inputs.missing == Missing::hold)
-            hold_earlier(options, companions, input, incomplete[*input.source], job);
-        if (!job.missing.empty()) {
-            job.left_out = options.inputs.missing == Missing::skip;
-            jobs.push_back(job);
+            hold_earlier(options, input, incomplete[*input.source], job);
+        job.left_out = !job.missing.empty() && options.inputs.missing == Missing::skip;
+        if (!job.missing.empty())
             continue;
+        give_results(options, input, job);
+        for (std::size_t i = 0; i < job.outputs.size(); ++i) {
+            const bool is_only = options.outputs.size() == 1;
+            const std::string what = is_only ? input.file : options.outputs[i].option + " of " + input.file;
+            const auto [first, is_new] = taken.emplace(io::whole_path(job.outputs[i]), what);
+            if (!is_new && options.outputs[i].target != standard_stream)
+                throw UsageError(fmt::format("{}: would be written for {} and for {}; {}", job.outputs[i].native(),
+                                             first->second, what,
+                                             is_only ? "do them one by one" : "write one elsewhere"));
         }
-        for (const Animation& animation : options.animations)
-            job.values.push_back(value_for(animation, input, options.interpolate));
-        for (const Output& output : outputs) {
-            const fs::path file = place(options, output, input);
-            const std::string what = outputs.size() == 1 ? input.file : output.option + " of " + input.file;
-            const auto [first, is_new] = taken.emplace(io::whole_path(file), what);
-            if (!is_new && output.target != standard_stream)
-                throw UsageError(fmt::format("{}: would be written for {} and for {}; {}", file.native(), first->second,
-                                             what, outputs.size() == 1 ? "do them one by one" : "write one elsewhere"));
-            job.outputs.push_back(file);
-        }
-        jobs.push_back(job);
     }
     if (std::ranges::none_of(jobs, [](const Job& job) { return job.missing.empty(); }))
         throw Error(fmt::format("{}: is not there, and {}; check the name, the number of figures and --frames",
@@ -349,14 +346,14 @@ fs::path camera_name(const DepthOptions& options, const Job& job) {
     return job.camera_file.empty() ? fs::path(options.camera.name()) : job.camera_file;
 }
 
-void prepare_folders(const DepthOptions& options, const std::vector<Output>& outputs, const Job& job) {
-    for (std::size_t i = 0; i < outputs.size(); ++i) {
+void prepare_folders(const DepthOptions& options, const Job& job) {
+    for (std::size_t i = 0; i < options.outputs.size(); ++i) {
         const fs::path& file = job.outputs[i];
         const fs::path folder = file.parent_path();
         std::error_code error;
         if (folder.empty() || io::is_folder(folder))
             continue;
-        if (!is_folder(options, outputs[i]) && !pattern_of(options, outputs[i]))
+        if (!is_folder(options, options.outputs[i]) && !pattern_of(options, options.outputs[i]))
             throw Error(fmt::format("{}: its folder does not exist; create {} first", file.native(), folder.native()));
         fs::create_directories(folder, error);
         if (error)

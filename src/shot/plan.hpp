@@ -4,8 +4,13 @@
 
 #include "camera_file/file.hpp"
 
+#include <fathom/picture.hpp>
+
+#include <opencv2/core/mat.hpp>
+
 #include <array>
 #include <filesystem>
+#include <future>
 #include <memory>
 #include <optional>
 #include <string>
@@ -13,23 +18,16 @@
 
 namespace fathom::cli {
 
-/// An image to write for each input.
-struct Output {
-    std::string option; ///< that says where: -o, --confidence
-    std::string target; ///< file, folder, or the pattern of the files of all frames
-    Product product;
-};
-
-/// An image to read with each input.
-struct Companion {
-    std::string option; ///< that says where: --normals
-    std::string source; ///< a file, a folder in which it is named like the input, or the pattern of those of all frames
-    const io::RawFormat* pixels = nullptr; ///< of a pipe's frames; none: it may be no pipe
+/// The images beside its depth that a command reads for an input. Each command reads its own of them.
+struct Images {
+    Picture picture = {}, clean_plate = {};
+    DepthFile other_depth{{}, Storage::float32, {}}; ///< of the same camera: the clean plate's, or where solids end
+    cv::Mat normals = {}, thickness = {};
 };
 
 class FrameFile;
 
-/// An input with the files that belong to it.
+/// An input on its way from its files to its results, with the files and images that belong to it.
 struct Job {
     std::filesystem::path input;
     std::vector<std::filesystem::path> companions;
@@ -48,6 +46,8 @@ struct Job {
         {}; ///< if each input has its own, in its header or in a file; once it is read
 
     std::vector<std::shared_ptr<FrameFile>> frames = {}; ///< of pipes, whose paths stand in the place of files
+    std::shared_future<Images> images = {};              ///< get() throws what was wrong with them
+    std::vector<std::string> said = {}; ///< lines for stderr: warnings and explanations, in their order
 
     /// Words in which frames of pipes have names instead of paths.
     std::string shown(std::string words) const;
@@ -82,12 +82,10 @@ std::filesystem::path companion_of(const DepthOptions& options, const Companion&
 /// the extension is not one of the product's, when .png is asked for without a scale, when several inputs share a
 /// companion, or when a name has no number for a pattern. Error when no frame at all can be done, or an animated value is
 /// missing.
-std::vector<Job> plan(const DepthOptions& options, const std::vector<Output>& outputs,
-                      const std::vector<Companion>& companions = {});
+std::vector<Job> plan(const DepthOptions& options);
 
 /// The same for one frame of piped depth.
-Job plan_frame(const DepthOptions& options, const std::vector<Output>& outputs,
-               const std::vector<Companion>& companions, Frame frame);
+Job plan_frame(const DepthOptions& options, Frame frame);
 
 /// What to say of a job with a missing file.
 std::string missing_in_words(const DepthOptions& options, const Job& job);
@@ -97,6 +95,6 @@ std::filesystem::path camera_name(const DepthOptions& options, const Job& job);
 
 /// Makes the folders of results whose targets are folders or patterns that are not there yet.
 /// Throws: Error when one cannot be made, or when a single file is to go into a folder that does not exist.
-void prepare_folders(const DepthOptions& options, const std::vector<Output>& outputs, const Job& job);
+void prepare_folders(const DepthOptions& options, const Job& job);
 
 } // namespace fathom::cli

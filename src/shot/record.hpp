@@ -18,8 +18,7 @@ namespace fathom::cli {
 class Records {
 public:
     /// Options are those of the command line now, before a frame has changed the animated ones.
-    Records(const DepthOptions& options, const std::vector<Output>& outputs, const std::vector<Companion>& companions,
-            const Device& device);
+    Records(const DepthOptions& options, const Device& device);
 
     /// All that makes the results of a frame, before they are made. `camera` is what is said of it, without its file.
     nlohmann::ordered_json of(const Job& job, const std::string& camera) const;
@@ -31,11 +30,7 @@ public:
     io::LastFile file_of(const nlohmann::ordered_json& record, const Job& job) const;
 
 private:
-    std::string line_of(nlohmann::ordered_json record, const std::vector<io::FileState>& results) const;
-
     const DepthOptions& options_;
-    const std::vector<Output>& outputs_;
-    const std::vector<Companion>& companions_;
     nlohmann::ordered_json common_; ///< of all frames
 };
 

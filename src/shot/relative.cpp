@@ -26,15 +26,15 @@ namespace fathom::cli {
 
 namespace {
 
-using Range = std::optional<std::array<double, 2>>;
+using Ends = std::optional<std::array<double, 2>>;
 
 io::Ignored ignored_of(const DepthOptions& options, const std::filesystem::path& mask) {
     return [&options, mask](cv::Size size) { return io::ignored(mask, options.ignore_below, {{{0, 0}, size}, size}); };
 }
 
 // The range of the floats of all these files; none of integers, whose range is that of their bits.
-Range range_of(const std::map<Frame, std::string>& files, const DepthOptions& options) {
-    Range range;
+Ends range_of(const std::map<Frame, std::string>& files, const DepthOptions& options) {
+    Ends range;
     for (const auto& [frame, file] : files) {
         stop_if_interrupted();
         try {
@@ -42,10 +42,10 @@ Range range_of(const std::map<Frame, std::string>& files, const DepthOptions& op
                 options.ignore.empty()
                     ? io::Ignored()
                     : ignored_of(options, companion_of(options, {"--ignore", options.ignore}, {file, frame}));
-            const Range own = io::range_of_floats(file, options.channel, ignored);
+            const Ends own = io::range_of_floats(file, options.channel, ignored);
             if (!own)
                 return std::nullopt;
-            range = range ? Range({std::min((*range)[0], (*own)[0]), std::max((*range)[1], (*own)[1])}) : own;
+            range = range ? Ends({std::min((*range)[0], (*own)[0]), std::max((*range)[1], (*own)[1])}) : own;
         } catch (const Error&) { // is told when the turn of this file comes
         }
     }
@@ -69,10 +69,10 @@ double as_written(double value) {
 
 std::vector<std::string> find_ranges(const DepthOptions& options, std::vector<Job>& jobs) {
     const Inputs::Shots shots = options.inputs.shots();
-    std::vector<Range> ranges;
+    std::vector<Ends> ranges;
     std::vector<std::string> said;
     for (const std::map<Frame, std::string>& files : shots.files) {
-        Range& range = ranges.emplace_back(range_of(files, options));
+        Ends& range = ranges.emplace_back(range_of(files, options));
         if (!range)
             continue;
         range = {as_written((*range)[0]), as_written((*range)[1])};
@@ -98,7 +98,6 @@ std::vector<std::string> find_ranges(const DepthOptions& options, std::vector<Jo
 }
 
 RelativeDepth relative_depth(const DepthOptions& options, const Job& job) {
-    const RelativeSource& relative = options.relative;
     RelativeDepth result;
     result.input =
         io::read_relative_input(job.input, options.channel,
@@ -106,9 +105,9 @@ RelativeDepth relative_depth(const DepthOptions& options, const Job& job) {
     const cv::Mat stored = std::exchange(result.input.depth.values, {});
     const int bits = result.input.depth.bits;
     cv::Mat color;
-    if (relative.picture)
-        color = read_picture(job.companions[*relative.picture], {.layer = relative.color_layer, .encoding = {}}).color;
-    RelativeOptions read = relative.options;
+    if (options.made_of)
+        color = read_picture(job.companions[*options.made_of], {.layer = options.picture.layer, .encoding = {}}).color;
+    RelativeOptions read = options.relative.options;
     if (!read.range && bits == 32)
         read.range = job.range;
     const auto floats = [](const cv::Mat& image) {

@@ -8,7 +8,6 @@
 
 #include <nlohmann/json.hpp>
 
-#include <atomic>
 #include <cstddef>
 #include <exception>
 #include <string>
@@ -38,6 +37,7 @@ private:
     std::string file_;
     int descriptor_ = -1;
     bool complete_ = true;
+    bool is_cut_ = false; ///< has a full disk left a part of a line?
 };
 
 /// What the program was started with, for the first line.
@@ -55,17 +55,13 @@ class Telling {
 public:
     /// Begins the log. An empty one would say of no run, so that everything that ends a run comes before.
     /// Throws: Error for a log that cannot be written.
-    Telling(const DepthOptions& options, const std::vector<Output>& outputs, const std::vector<Job>& jobs,
-            const Device& device);
+    Telling(const DepthOptions& options, const std::vector<Job>& jobs, const Device& device);
 
     /// Says for people what holds for all jobs.
     void begin(const std::vector<std::string>& lines) const;
 
     /// One of the jobs is done, and so are all before it.
     void tell(std::size_t job, const Work& work, const std::exception_ptr& failure);
-
-    /// Can no result be written? May be asked while others are told.
-    bool has_no_place() const { return no_place_; }
 
     /// Names the inputs that failed, once no more will.
     void sum_up();
@@ -77,7 +73,6 @@ private:
     void tell_left_out(std::size_t end);
 
     const DepthOptions& options_;
-    const std::vector<Output>& outputs_;
     const std::vector<Job>& jobs_;
     Report said_;
     std::size_t count_; // that are not left out
@@ -85,7 +80,6 @@ private:
     Progress progress_;
     std::size_t told_ = 0; // jobs of which the user has heard
     std::vector<std::string> failed_;
-    std::atomic<bool> no_place_ = false;
 };
 
 } // namespace fathom::cli

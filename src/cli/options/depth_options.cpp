@@ -248,11 +248,10 @@ void add_output_options(CLI::App& app, DepthOptions& options, const Product& pro
 void add_depth_options(CLI::App& app, DepthOptions& options, const Product& product) {
     options.command = app.get_name();
     options.given = [&app] {
-        std::vector<Given> given;
+        std::map<std::string, std::vector<std::string>> given;
         for (const CLI::Option* option : app.get_options())
             if (option->count() > 0)
-                given.push_back({option->get_name(), option->results(),
-                                 option->get_group() == "Input" || option->get_group() == "Picture"});
+                given[option->get_name()] = option->results();
         return given;
     };
     add_option(app, "Input", "DEPTH", "DEPTH", options.inputs.arguments,
