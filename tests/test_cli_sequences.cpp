@@ -395,7 +395,7 @@ TEST_CASE("sequences: wrong usage is told before anything is done") {
         {{depths, "-o", out, "--format", "tif"}, 2, "contradicts --format"},
         {{depths, "-o", depths}, 2, "is one of the files to read"},
         {{depths, depths, "-o", out}, 2, "would be written for"},
-        {{depths, "-o", out, "--frames", "1-5z2"}, 2, "--frames: '1-5z2': at character 4 ('z')"},
+        {{depths, "-o", out, "--frames", "1-5z2"}, 2, "--frames: '1-5z2': '1-5z2' is no frames"},
         {{depths, "-o", out, "--frames", ""}, 2, "--frames"},
         {{depths, "-o", out, "--frames", "1-99999999"}, 2, "more than 10000000 frames"},
         {{depths, "-o", out, "--missing", "keep"}, 2, "error, skip or hold"},
