@@ -1,10 +1,10 @@
 #pragma once
 
-#include "terminal/exit.hpp"
+#include "shot/inputs.hpp"
+#include "terminal/messages.hpp"
 
 #include <functional>
 #include <memory>
-#include <span>
 #include <string>
 
 namespace CLI {
@@ -13,8 +13,11 @@ class App;
 
 namespace fathom::cli {
 
-/// One command of the program. commands/NAME.cpp defines `extern const Command NAME_command`; src/cli/CMakeLists.txt lists the
-/// names.
+using namespace shot;
+using namespace terminal;
+using terminal::number;
+
+/// One command of the program, which commands/NAME.cpp defines. Operations that have none are made from their descriptions alone.
 struct Command {
     const char* name;
     const char* summary; ///< one line, shown in the list of commands
@@ -24,8 +27,8 @@ struct Command {
     std::function<int()> (*configure)(CLI::App& app);
 };
 
-/// Those of src/cli/CMakeLists.txt, in its order. Other operations have the commands that their descriptions make.
-std::span<const Command* const> commands();
+extern const Command unproject_command, ssao_command, dof_masks_command, dof_command, show_command, inspect_command,
+    camera_command, presets_command, options_command, devices_command;
 
 /// Begins a line of an option's meaning. Others end where they are full.
 inline constexpr char new_line = '\v';

@@ -169,13 +169,13 @@ void OperationTask::prepare() {
             continue;
         companions.push_back({spelled(option), file->second});
         images_.push_back(&option);
-        if (option.kind == Kind::depth)
-            camera.first_for([&](const ImportedCamera& its) { packing_ = its.packing; });
     }
 }
 
 DepthFile OperationTask::read_other_depth(const std::filesystem::path& file, const Job& job) const {
-    return read_depth(file, {.channel = channel, .packing = packing_, .overscan = has_overscan(job.windows)});
+    return read_depth(file, {.channel = channel,
+                             .packing = job.camera ? job.camera->packing : std::nullopt,
+                             .overscan = has_overscan(job.windows)});
 }
 
 Images OperationTask::read(const Job& job) const {

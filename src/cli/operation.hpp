@@ -1,5 +1,6 @@
 #pragma once
 
+#include "cli/command.hpp"
 #include "description/operations.hpp"
 #include "shot/each_depth.hpp"
 
@@ -55,7 +56,6 @@ protected:
     LensArguments lens_;         // that makes its circle
     DepthRepair repair_;
     std::map<std::string, std::string> files_; // of images and more results, by the program's options
-    std::optional<Packing> packing_;           // of the depths, as the camera file says
 
 private:
     void set(const description::Option& option, description::Value value);

@@ -192,7 +192,10 @@ Program::Program()
             action_ = run;
         });
     };
-    std::vector<const Command*> own(commands().begin(), commands().end());
+    // In the order of `fathom --help`, behind the operations.
+    std::vector<const Command*> own{&unproject_command, &ssao_command,    &dof_masks_command, &dof_command,
+                                    &show_command,      &inspect_command, &camera_command,    &presets_command,
+                                    &options_command,   &devices_command};
     for (const description::Operation& operation : description::operations()) {
         const std::string name = spelled(operation.name).substr(2);
         const auto command = std::ranges::find(own, name, &Command::name);

@@ -10,7 +10,7 @@
 
 #include <utility>
 
-namespace fathom::cli {
+namespace fathom::shot {
 
 using sequence::FramePattern;
 
@@ -110,4 +110,4 @@ std::optional<Frame> frame_of(const std::string& file) {
     return pattern ? std::optional(pattern->second) : std::nullopt;
 }
 
-} // namespace fathom::cli
+} // namespace fathom::shot

@@ -22,7 +22,9 @@
 #include <string>
 #include <vector>
 
-namespace fathom::cli {
+namespace fathom::shot {
+
+using terminal::number;
 
 /// The camera of the images: a file of any format that Fathom reads, a source of depth by name, both, or the headers
 /// of the images.
@@ -53,14 +55,12 @@ struct CameraOption {
     std::vector<std::filesystem::path> files_for(const Input& input) const;
 
     /// The camera of the first input that has one: refuses early what is wrong for all of them.
-    /// Throws: UsageError where there is no camera, and Error for a camera that cannot be used. `first_counts`: also where
-    /// the disk of an earlier input does not answer, which would have another input's camera stand for all.
-    ImportedCamera read() const; ///< of all inputs, the first of which counts
-    ImportedCamera read(std::vector<Input> depths, bool first_counts = false) const;
+    /// Throws: UsageError where there is no camera, and Error for a camera that cannot be used.
+    ImportedCamera read(std::vector<Input> depths) const;
 
     /// Calls `use` with the camera of the first input that has what it needs, for which it throws no UsageError. A camera that
     /// cannot be read is told when all inputs are planned, or when the turn of its own comes.
-    /// Throws: UsageError where there is no camera, and the first one of `use` where none has what it needs.
+    /// Throws: the first UsageError of `use` where none has what it needs.
     void first_for(const std::function<void(const ImportedCamera&)>& use) const;
 
     /// The camera of one input, whose values are stored like this.
@@ -191,4 +191,4 @@ struct DepthOptions {
     std::function<std::map<std::string, std::vector<std::string>>()> given = {};
 };
 
-} // namespace fathom::cli
+} // namespace fathom::shot

@@ -22,7 +22,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-namespace fathom::cli {
+namespace fathom::shot {
 namespace {
 
 constexpr const char* input_name = "standard input";
@@ -293,19 +293,4 @@ const io::RawFormat& result_format(const DepthOptions& options) {
                                  channels == 3 && !is_color ? "rgbf32le" : formats_in_words(channels)));
 }
 
-void write_to_stdout(std::span<const unsigned char> bytes) {
-    while (!bytes.empty()) {
-        const auto count = ::write(STDOUT_FILENO, bytes.data(), std::min<std::size_t>(bytes.size(), 1 << 30));
-        if (count < 0 && errno == EINTR)
-            continue;
-        if (count < 0 && errno == EPIPE) {
-            interrupt(SIGPIPE);
-            throw Interrupted{SIGPIPE};
-        }
-        if (count < 0)
-            throw Error(unwritable_output(errno));
-        bytes = bytes.subspan(static_cast<std::size_t>(count));
-    }
-}
-
-} // namespace fathom::cli
+} // namespace fathom::shot

@@ -16,7 +16,7 @@
 #include <vector>
 
 /// Pipes: raw frames of one size, one after the other without anything between them, as ffmpeg's rawvideo has them.
-namespace fathom::cli {
+namespace fathom::shot {
 
 /// A frame of a pipe as a file in memory, which is read like any other.
 class FrameFile {
@@ -85,7 +85,4 @@ private:
 /// Throws: UsageError for one that no format holds, or not the one that was asked for.
 const io::RawFormat& result_format(const DepthOptions& options);
 
-/// Throws: Interrupted where nobody reads it, and Error.
-void write_to_stdout(std::span<const unsigned char> bytes);
-
-} // namespace fathom::cli
+} // namespace fathom::shot

@@ -25,7 +25,7 @@
 
 #include <sys/stat.h>
 
-namespace fathom::cli {
+namespace fathom::shot {
 namespace {
 
 namespace fs = std::filesystem;
@@ -131,38 +131,19 @@ void find_files(const DepthOptions& options, const Input& input, Job& job) {
     job.companions.clear();
     for (const Companion& companion : options.companions)
         job.companions.push_back(companion_of(options, companion, input));
-    if (options.camera.is_pattern())
-        job.camera_file = options.camera.file_for(input);
+    job.camera_name = options.camera.of_headers()   ? input.file
+                      : options.camera.file.empty() ? options.camera.name()
+                                                    : options.camera.file_for(input);
 }
 
 // The first of these files that is not there; empty: all are.
-fs::path first_missing(const Job& job) {
-    if (!io::is_there(job.input))
-        return job.input;
-    for (const fs::path& companion : job.companions)
-        if (companion != standard_stream && !io::is_there(companion))
-            return companion;
-    return job.camera_file.empty() || io::is_there(job.camera_file) ? fs::path() : job.camera_file;
-}
-
-// Takes the files of the nearest earlier frame that has them all. `incomplete`: frames that do not, of the same sequence.
-void hold_earlier(const DepthOptions& options, const Input& input, std::set<Frame>& incomplete, Job& job) {
-    const std::map<Frame, std::string>& there = options.inputs.there(input);
-    for (auto earlier = std::make_reverse_iterator(there.lower_bound(*input.frame)); earlier != there.rend();
-         ++earlier) {
-        const auto& [frame, file] = *earlier;
-        if (incomplete.contains(frame))
-            continue;
-        Job candidate = job;
-        find_files(options, {.file = file, .frame = frame}, candidate);
-        if (first_missing(candidate).empty()) {
-            job = candidate;
-            job.held = frame;
-            job.missing.clear();
-            return;
-        }
-        incomplete.insert(frame);
-    }
+fs::path first_missing(const DepthOptions& options, const Job& job) {
+    std::vector<fs::path> files{job.input};
+    std::ranges::remove_copy(job.companions, std::back_inserter(files), standard_stream);
+    if (options.camera.is_pattern())
+        files.push_back(job.camera_name);
+    const auto missing = std::ranges::find_if(files, [](const fs::path& file) { return !io::is_there(file); });
+    return missing == files.end() ? fs::path() : *missing;
 }
 
 // The numbers of a value, which commas separate; none if it holds something else.
@@ -186,21 +167,15 @@ std::string between(const Animation& animation, const Key& before, const Key& af
     if (before.second == after.second)
         return before.second;
     const std::vector<double> from = numbers_in(before.second), to = numbers_in(after.second);
-    const std::string where = fmt::format("{}: {} of frame {}, between {} and {}", animation.file, animation.option,
-                                          frame, before.first, after.first);
     if (from.empty() || from.size() != to.size())
-        throw Error(fmt::format("{}: nothing lies between '{}' and '{}'; give the frame a line", where, before.second,
-                                after.second));
+        throw Error(fmt::format("{}: {} of frame {}: nothing lies between '{}' and '{}'; give the frame a line",
+                                animation.file, animation.option, frame, before.second, after.second));
     const double part = static_cast<double>(frame - before.first) / static_cast<double>(after.first - before.first);
     std::vector<double> values(from.size());
     std::ranges::transform(from, to, values.begin(), [=](double a, double b) { return std::lerp(a, b, part); });
-    std::string value = fmt::format("{}", fmt::join(values, ","));
-    try {
-        animation.give(value);
-    } catch (const std::runtime_error& refused) {
-        throw Error(fmt::format("{}: {}; give the frame a line", where, refused.what()));
-    }
-    animation.give(animation.values.begin()->second); // which stays until the first frame says otherwise
+    const std::string value = fmt::format("{}", fmt::join(values, ","));
+    animation.give(value); // which the option may refuse, such as one that takes whole numbers
+    animation.give(animation.values.begin()->second); // until the first frame says otherwise
     return value;
 }
 
@@ -229,11 +204,11 @@ void give_results(const DepthOptions& options, const Input& input, Job& job) {
         job.outputs.push_back(place(options, output, input));
 }
 
-void refuse_replacing(const DepthOptions& options, const std::vector<Job>& jobs) {
-    std::set<std::optional<Identity>> read{identity(options.camera.file)};
+void refuse_replacing(const std::vector<Job>& jobs) {
+    std::set<std::optional<Identity>> read;
     for (const Job& job : jobs) {
         read.insert(identity(job.input));
-        read.insert(identity(job.camera_file));
+        read.insert(identity(job.camera_name));
         for (const fs::path& companion : job.companions)
             read.insert(identity(companion));
     }
@@ -300,15 +275,12 @@ std::vector<Job> plan(const DepthOptions& options) {
     std::map<fs::path, std::string> taken;
     if (!options.log.empty())
         taken.emplace(io::whole_path(options.log), "--log");
-    std::map<std::size_t, std::set<Frame>> incomplete; // of each sequence
     for (const Input& input : options.inputs.all()) {
         Job& job = jobs.emplace_back(Job{.input = {}, .companions = {}, .outputs = {}, .frame = input.frame});
         job.in_sequence = input.source.has_value();
         find_files(options, input, job);
         if (job.in_sequence && job.frame)
-            job.missing = first_missing(job);
-        if (!job.missing.empty() && options.inputs.missing == Missing::hold)
-            hold_earlier(options, input, incomplete[*input.source], job);
+            job.missing = first_missing(options, job);
         job.left_out = !job.missing.empty() && options.inputs.missing == Missing::skip;
         if (!job.missing.empty())
             continue;
@@ -329,21 +301,8 @@ std::vector<Job> plan(const DepthOptions& options) {
                                 jobs.size() == 1
                                     ? "no other frame was asked for"
                                     : fmt::format("none of the {} frames has all its files", jobs.size())));
-    refuse_replacing(options, jobs);
+    refuse_replacing(jobs);
     return jobs;
-}
-
-std::string missing_in_words(const DepthOptions& options, const Job& job) {
-    return fmt::format("{}: is not there, so that frame {} cannot be done; {}", job.missing.native(), *job.frame,
-                       options.inputs.missing == Missing::hold
-                           ? "--missing hold needs an earlier frame that has all its files"
-                           : "--missing skip leaves such frames out, --missing hold repeats the one before");
-}
-
-fs::path camera_name(const DepthOptions& options, const Job& job) {
-    if (options.camera.of_headers())
-        return job.input;
-    return job.camera_file.empty() ? fs::path(options.camera.name()) : job.camera_file;
 }
 
 void prepare_folders(const DepthOptions& options, const Job& job) {
@@ -361,4 +320,4 @@ void prepare_folders(const DepthOptions& options, const Job& job) {
     }
 }
 
-} // namespace fathom::cli
+} // namespace fathom::shot

@@ -12,7 +12,7 @@
 #include <fstream>
 #include <iterator>
 
-namespace fathom::cli {
+namespace fathom::shot {
 namespace {
 
 using nlohmann::ordered_json;
@@ -53,7 +53,7 @@ Records::Records(const DepthOptions& options, const Device& device) : options_(o
                {"options", counted}};
 }
 
-ordered_json Records::of(const Job& job, const std::string& camera) const {
+ordered_json Records::of(const Job& job) const {
     ordered_json record = common_;
     record["inputs"]["depth"] = state_of(job.input);
     for (std::size_t i = 0; i < job.values.size(); ++i)
@@ -62,8 +62,8 @@ ordered_json Records::of(const Job& job, const std::string& camera) const {
         record["inputs"][options_.companions[i].option] = state_of(job.companions[i]);
     for (const std::filesystem::path& file : options_.camera.files_for(job.read_as()))
         record["inputs"]["camera"].push_back(state_of(file));
-    if (!camera.empty()) // a file may hold many, and the name of the depth chooses one
-        record["camera"] = io::digest(camera);
+    if (job.camera) // a file may hold many, and the name of the depth chooses one
+        record["camera"] = io::digest(job.camera->text);
     if (job.range)
         record["range"] = *job.range;
     return record;
@@ -117,4 +117,4 @@ void remove_abandoned(const std::vector<Job>& jobs) {
     io::remove_abandoned(files);
 }
 
-} // namespace fathom::cli
+} // namespace fathom::shot

@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-namespace fathom::cli {
+namespace fathom::shot {
 
 /// What makes the results of each frame: a line of JSON beside the first of them, with the sizes and times of all files. A frame
 /// whose line says what a run finds need not be made again.
@@ -20,8 +20,8 @@ public:
     /// Options are those of the command line now, before a frame has changed the animated ones.
     Records(const DepthOptions& options, const Device& device);
 
-    /// All that makes the results of a frame, before they are made. `camera` is what is said of it, without its file.
-    nlohmann::ordered_json of(const Job& job, const std::string& camera) const;
+    /// All that makes the results of a frame, before they are made.
+    nlohmann::ordered_json of(const Job& job) const;
 
     /// Are all results of the frame those that were made of this?
     bool is_finished(const nlohmann::ordered_json& record, const Job& job) const;
@@ -46,4 +46,4 @@ std::string kernels_hash();
 /// Removes temporary files that killed runs left beside these results.
 void remove_abandoned(const std::vector<Job>& jobs);
 
-} // namespace fathom::cli
+} // namespace fathom::shot

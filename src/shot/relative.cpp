@@ -1,5 +1,5 @@
 // Relative depth as it is read.
-#include "relative.hpp"
+#include "telling.hpp"
 
 #include "camera/photograph.hpp"
 #include "io/formats.hpp"
@@ -11,18 +11,15 @@
 #include <fathom/picture.hpp>
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <opencv2/core.hpp>
 
 #include <algorithm>
-#include <cmath>
 #include <map>
-#include <span>
 #include <stdexcept>
 #include <utility>
 
-namespace fathom::cli {
+namespace fathom::shot {
 
 namespace {
 
@@ -52,14 +49,6 @@ Ends range_of(const std::map<Frame, std::string>& files, const DepthOptions& opt
     return range && (*range)[0] < (*range)[1] ? range : std::nullopt;
 }
 
-bool holds_floats(const std::string& file, const DepthOptions& options) {
-    try {
-        return io::range_of_floats(file, options.channel).has_value();
-    } catch (const Error&) { // is told when the turn of this file comes
-        return false;
-    }
-}
-
 // The number that `--relative-range` would be given.
 double as_written(double value) {
     return std::stod(fmt::format("{}", static_cast<float>(value)));
@@ -68,6 +57,8 @@ double as_written(double value) {
 } // namespace
 
 std::vector<std::string> find_ranges(const DepthOptions& options, std::vector<Job>& jobs) {
+    if (!options.relative.order || options.relative.options.range)
+        return {};
     const Inputs::Shots shots = options.inputs.shots();
     std::vector<Ends> ranges;
     std::vector<std::string> said;
@@ -79,21 +70,9 @@ std::vector<std::string> find_ranges(const DepthOptions& options, std::vector<Jo
         said.push_back(fmt::format("{0} to {1}  values {2} to {3} become 0 to 1 (--relative-range {2},{3})",
                                    files.begin()->second, files.rbegin()->second, (*range)[0], (*range)[1]));
     }
-    std::vector<std::string> alone; // which may be frames, too
-    for (std::size_t i = 0; i < jobs.size(); ++i) {
+    for (std::size_t i = 0; i < jobs.size(); ++i)
         if (const auto shot = shots.of_inputs[i])
             jobs[i].range = ranges[*shot];
-        else if (jobs.size() > 1)
-            alone.push_back(jobs[i].input.native());
-    }
-    if (std::ranges::any_of(alone, [&](const std::string& file) { return holds_floats(file, options); }))
-        said.push_back(fmt::format(
-            "{}  0 to 1{} by its own range, since no other name is like {}; if {} of a shot, give it one range with "
-            "--relative-range A,B",
-            fmt::format("{}", fmt::join(std::span(alone).first(std::min<std::size_t>(alone.size(), 3)), ", ")) +
-                (alone.size() > 3 ? fmt::format(" and {} more", alone.size() - 3) : ""),
-            alone.size() == 1 ? "" : ", each", alone.size() == 1 ? "its" : "theirs",
-            alone.size() == 1 ? "it is a frame" : "they are frames"));
     return said;
 }
 
@@ -133,4 +112,4 @@ std::string in_words(const io::RelativeInput& input) {
                        invalid_in_words(input.look.invalid, input.look.pixels));
 }
 
-} // namespace fathom::cli
+} // namespace fathom::shot

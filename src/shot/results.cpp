@@ -1,5 +1,5 @@
 // What is written of an input: its images, their files and what those cannot hold.
-#include "results.hpp"
+#include "each_depth.hpp"
 
 #include "camera/photograph.hpp"
 #include "camera_file/file.hpp"
@@ -10,10 +10,12 @@
 
 #include <fmt/format.h>
 
+#include <opencv2/core.hpp>
+
 #include <algorithm>
 #include <limits>
 
-namespace fathom::cli {
+namespace fathom::shot {
 namespace {
 
 // Names for channels among others: "linear" in front of Z, which a depth image has already.
@@ -122,21 +124,15 @@ std::vector<std::string> png_doubts(const DepthOptions& options, const Job& job,
         if (options.outputs[i].product.png_scale.value_or(*options.png_scale) != *options.png_scale ||
             extension_of(job.outputs[i]) != ".png" || results[i].format)
             continue;
-        const cv::Mat& image = results[i].image;
-        std::size_t values = 0, cut = 0;
-        float largest = 0;
-        for (int y = 0; y < image.rows; ++y) {
-            const auto* row = image.ptr<float>(y);
-            for (int x = 0; x < image.cols * image.channels(); ++x)
-                if (std::isfinite(row[x])) {
-                    ++values;
-                    cut += static_cast<double>(row[x]) * *options.png_scale > 1;
-                    largest = std::max(largest, row[x]);
-                }
-        }
-        const double codes = static_cast<double>(largest) * *options.png_scale * 65535;
-        const std::string cure =
-            fmt::format("--png-scale {:.2g} holds all up to {:.4g}", 0.99 / static_cast<double>(largest), largest);
+        const cv::Mat image = results[i].image.reshape(1);
+        const cv::Mat finite = cv::abs(image) < std::numeric_limits<double>::infinity();
+        const cv::Mat beyond = finite & (image > 1 / *options.png_scale);
+        double largest = 0;
+        cv::minMaxIdx(image, nullptr, &largest, nullptr, nullptr, finite);
+        const auto values = static_cast<std::size_t>(cv::countNonZero(finite)),
+                   cut = static_cast<std::size_t>(cv::countNonZero(beyond));
+        const double codes = largest * *options.png_scale * 65535;
+        const std::string cure = fmt::format("--png-scale {:.2g} holds all up to {:.4g}", 0.99 / largest, largest);
         if (static_cast<double>(cut) > many_cut * static_cast<double>(values))
             said.push_back(fmt::format("--png-scale {} cuts {} of the values off; {}", number(*options.png_scale),
                                        percent(cut, values), cure));
@@ -196,4 +192,4 @@ cv::Mat directions_for(const std::filesystem::path& file, cv::Mat directions) {
     return directions;
 }
 
-} // namespace fathom::cli
+} // namespace fathom::shot

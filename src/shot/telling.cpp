@@ -2,7 +2,7 @@
 // is opened to append to takes each write whole.
 #include "telling.hpp"
 
-#include "results.hpp"
+#include "each_depth.hpp"
 
 #include "camera_file/file.hpp"
 #include "io/replace_files.hpp"
@@ -24,10 +24,9 @@
 #include <string_view>
 #include <system_error>
 
-#include <fcntl.h>
 #include <unistd.h>
 
-namespace fathom::cli {
+namespace fathom::shot {
 namespace {
 
 std::vector<std::string>& command_line() {
@@ -42,12 +41,8 @@ void remember_command_line(int argc, char** argv) {
 }
 
 RunLog::RunLog(const std::string& file) : file_(file) {
-    if (file.empty())
+    if (file.empty() || file == standard_stream)
         return;
-    if (file == "-") {
-        descriptor_ = ::fcntl(STDOUT_FILENO, F_DUPFD_CLOEXEC, 0);
-        return;
-    }
     constexpr std::string_view beginning = R"({"run":)"; // a full disk may have left a part of it
     if (std::error_code none; std::filesystem::is_regular_file(file, none)) {
         std::string found(beginning.size(), '\0');
@@ -59,19 +54,12 @@ RunLog::RunLog(const std::string& file) : file_(file) {
         past.seekg(-1, std::ios::end);
         is_cut_ = past && past.get() != '\n';
     }
-    descriptor_ = ::open(file.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0666);
-    if (descriptor_ < 0)
+    stream_.open(file, std::ios::binary | std::ios::app);
+    if (!stream_)
         io::refuse_write(file, "the log cannot be written", errno, "choose another file (--log)");
 }
 
-RunLog::~RunLog() {
-    if (descriptor_ >= 0)
-        ::close(descriptor_);
-}
-
 void RunLog::begin(const nlohmann::ordered_json& more) {
-    if (descriptor_ < 0)
-        return;
     const auto now = std::chrono::time_point_cast<std::chrono::seconds>(std::chrono::system_clock::now());
     std::error_code none;
     nlohmann::ordered_json run{
@@ -79,25 +67,24 @@ void RunLog::begin(const nlohmann::ordered_json& more) {
         {"version", FATHOM_VERSION}, {"host", io::host_name()},
         {"process", ::getpid()},     {"started", fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(now))}};
     run.update(more);
-    if (is_cut_ && ::write(descriptor_, "\n", 1) != 1)
-        complete_ = false;
+    if (is_cut_)
+        stream_ << '\n';
     add({{"run", run}});
 }
 
 void RunLog::add(const nlohmann::ordered_json& line) {
-    if (descriptor_ < 0)
-        return;
-    const std::string text = line.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + '\n';
-    ssize_t written = 0;
-    do
-        written = ::write(descriptor_, text.data(), text.size());
-    while (written < 0 && errno == EINTR);
-    if (written == static_cast<ssize_t>(text.size()))
-        return;
-    const std::string why = io::reason(written < 0 ? errno : ENOSPC);
-    complain(file_ + ": the log cannot be written: " + why + "; it ends here, and the frames are done without it");
-    complete_ = false;
-    ::close(std::exchange(descriptor_, -1));
+    if (file_ == standard_stream) {
+        print_json(line);
+        flush_output();
+    } else if (stream_.is_open()) {
+        stream_ << line.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + '\n' << std::flush;
+        if (stream_)
+            return;
+        complain(file_ + ": the log cannot be written: " + io::reason(errno) +
+                 "; it ends here, and the frames are done without it");
+        complete_ = false;
+        stream_.close();
+    }
 }
 
 namespace {
@@ -109,16 +96,14 @@ std::string key_of(const std::string& option) {
     return key;
 }
 
-// The files of an input for --json and --log.
-nlohmann::ordered_json files_in_json(const DepthOptions& options, const Job& job) {
+// The files of an input for --json and --log, and its frame.
+nlohmann::ordered_json files_in_json(const DepthOptions& options, const Job& job, bool has_results) {
     nlohmann::ordered_json line{{"input", job.shown(job.input)}};
-    if (!job.outputs.empty())
+    if (has_results && !job.outputs.empty())
         line["output"] = job.outputs.front().native();
     if (job.in_sequence && job.frame)
         line["frame"] = *job.frame;
-    if (job.held)
-        line["held"] = *job.held;
-    for (std::size_t i = 1; i < job.outputs.size(); ++i)
+    for (std::size_t i = 1; has_results && i < job.outputs.size(); ++i)
         line[key_of(options.outputs[i].option)] = job.outputs[i].native();
     return line;
 }
@@ -134,9 +119,10 @@ nlohmann::ordered_json times_in_json(const Times& times) {
             {"write_seconds", times.write}};
 }
 
-nlohmann::ordered_json result_in_json(const DepthOptions& options, const Work& work) {
+// What --json says of a frame that was done.
+nlohmann::ordered_json line_of(const DepthOptions& options, const Work& work) {
     const Job& job = work.frame;
-    nlohmann::ordered_json line = files_in_json(options, job);
+    nlohmann::ordered_json line = files_in_json(options, job, true);
     if (work.kept) {
         line["kept"] = true;
         return line;
@@ -158,6 +144,24 @@ nlohmann::ordered_json result_in_json(const DepthOptions& options, const Work& w
     return line;
 }
 
+// The same for the log, which says more.
+nlohmann::ordered_json log_line(const DepthOptions& options, const Work& work, const std::string& error) {
+    constexpr std::string_view warning = "warning: ";
+    nlohmann::ordered_json line{{"status", !error.empty() ? "failed" : work.kept ? "kept" : "made"}};
+    line.update(error.empty() ? line_of(options, work) : files_in_json(options, work.frame, true));
+    line.update(times_in_json(work.times));
+    line.erase("kept");
+    line["warnings"] = nlohmann::ordered_json::array();
+    for (const std::string& said : work.frame.said)
+        if (said.starts_with(warning))
+            line["warnings"].push_back(work.frame.shown(said.substr(warning.size())));
+    if (!error.empty())
+        line["error"] = error;
+    if (work.frame.camera)
+        line["camera"] = nlohmann::ordered_json::parse(work.frame.camera->text);
+    return line;
+}
+
 std::string result_in_words(const Work& work) {
     const Job& job = work.frame;
     std::string line;
@@ -173,35 +177,8 @@ std::string result_in_words(const Work& work) {
                                     : fmt::format("  {}, {} bits", to_string(format->encoding), format->bits);
     const Held& depth = work.held;
     const std::string channel = depth.channel.empty() ? "" : io::printable(depth.channel) + ": ";
-    const std::string held = job.held ? fmt::format("  frame {} held", *job.held) : "";
-    return fmt::format("{}  {} × {}{}  {}{}{}  {:.0f} ms", line, made.size.width, made.size.height, picture, channel,
-                       depth.words, held, work.times.whole() * 1e3);
-}
-
-void announce(Report report, const DepthOptions& options, const Work& work) {
-    if (report == Report::line)
-        fmt::print("{}\n", result_in_words(work));
-    if (report == Report::json)
-        print_json(result_in_json(options, work));
-    flush_output();
-}
-
-// The line of a frame in the log.
-nlohmann::ordered_json log_line(const DepthOptions& options, const Work& work, const std::string& error) {
-    constexpr std::string_view warning = "warning: ";
-    nlohmann::ordered_json line{{"status", !error.empty() ? "failed" : work.kept ? "kept" : "made"}};
-    line.update(error.empty() ? result_in_json(options, work) : files_in_json(options, work.frame));
-    line.update(times_in_json(work.times));
-    line.erase("kept");
-    line["warnings"] = nlohmann::ordered_json::array();
-    for (const std::string& said : work.frame.said)
-        if (said.starts_with(warning))
-            line["warnings"].push_back(work.frame.shown(said.substr(warning.size())));
-    if (!error.empty())
-        line["error"] = error;
-    if (!work.read.camera.text.empty())
-        line["camera"] = nlohmann::ordered_json::parse(work.read.camera.text);
-    return line;
+    return fmt::format("{}  {} × {}{}  {}{}  {:.0f} ms", line, made.size.width, made.size.height, picture, channel,
+                       depth.words, work.times.whole() * 1e3);
 }
 
 // What went wrong with an input, in a line.
@@ -215,19 +192,10 @@ std::string in_words(const std::exception_ptr& failure, const DepthOptions& opti
     } catch (const ImageTooLarge& error) {
         return about(job.input, error.what() + std::string("; crop it or split it"));
     } catch (const std::invalid_argument& error) { // a field of the camera
-        return about(options.relative.order ? job.input : camera_name(options, job), error.what(), {job.input});
+        return about(options.relative.order ? job.input : job.camera_name, error.what(), {job.input});
     } catch (const std::exception& error) {
         return about(job.input, error.what(), job.others());
     }
-}
-
-// A frame that is left out.
-void announce_left_out(Report report, const Job& job) {
-    if (report == Report::line)
-        fmt::print("frame {}  left out: {} is not there\n", *job.frame, job.missing.native());
-    if (report == Report::json)
-        print_json({{"frame", *job.frame}, {"missing", job.missing.native()}, {"skipped", true}});
-    flush_output();
 }
 
 } // namespace
@@ -256,9 +224,7 @@ Report report_of(const DepthOptions& options) {
 void announce_failure(Report report, const Job& job, const std::string& error) {
     if (report != Report::json)
         return;
-    Job of_input = job;
-    of_input.outputs.clear(); // which are not there
-    nlohmann::ordered_json line = files_in_json({}, of_input);
+    nlohmann::ordered_json line = files_in_json({}, job, false);
     line["error"] = error;
     print_json(line);
     flush_output();
@@ -283,7 +249,11 @@ void Telling::tell_left_out(std::size_t end) {
         const Job& job = jobs_[told_];
         if (!job.left_out)
             continue;
-        announce_left_out(said_, job);
+        if (said_ == Report::line)
+            fmt::print("frame {}  left out: {} is not there\n", *job.frame, job.missing.native());
+        if (said_ == Report::json)
+            print_json({{"frame", *job.frame}, {"missing", job.missing.native()}, {"skipped", true}});
+        flush_output();
         log_.add({{"status", "left out"},
                   {"input", job.input.native()},
                   {"frame", *job.frame},
@@ -303,10 +273,13 @@ void Telling::tell(std::size_t index, const Work& work, const std::exception_ptr
         error = job.shown(in_words(failure, options_, job));
         complain(error);
         announce_failure(said_, job, error);
-        failed_.push_back(job.held ? fmt::format("{} (for frame {})", job.input.native(), *job.frame)
-                                   : job.shown(job.input.native()));
+        failed_.push_back(job.shown(job.input.native()));
     } else {
-        announce(said_, options_, work);
+        if (said_ == Report::line)
+            fmt::print("{}\n", result_in_words(work));
+        if (said_ == Report::json)
+            print_json(line_of(options_, work));
+        flush_output();
     }
     log_.add(log_line(options_, work, error));
     progress_.advance();
@@ -329,4 +302,4 @@ bool Telling::finish() {
     return failed_.empty() && log_.complete();
 }
 
-} // namespace fathom::cli
+} // namespace fathom::shot

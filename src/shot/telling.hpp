@@ -1,28 +1,104 @@
 #pragma once
 
-#include "steps.hpp"
+#include "each_depth.hpp"
 
+#include "doubts/look.hpp"
+#include "io/relative_input.hpp"
+#include "operations/invalid_value.hpp"
 #include "terminal/messages.hpp"
 
 #include <fathom/device.hpp>
+#include <fathom/io.hpp>
+#include <fathom/relative.hpp>
 
 #include <nlohmann/json.hpp>
 
 #include <cstddef>
 #include <exception>
+#include <fstream>
+#include <future>
+#include <optional>
 #include <string>
 #include <vector>
 
-namespace fathom::cli {
+namespace fathom::shot {
+
+using terminal::in_words;
+
+/// An input's relative depth.
+struct RelativeDepth {
+    DepthFile depth{
+        {}, Storage::float32, {}}; ///< floats from 0 to 1, made smooth, and of the picture's size if there is one
+    io::RelativeInput input;       ///< before that
+    std::vector<std::string> doubts = {}; ///< what is probably wrong with its values, a sentence each with the cure
+};
+
+/// Gives each job of relative depth the range of the floats of its whole shot, which is read for it unless it is given, so that a frame does not depend on
+/// which frames are done with it. Files that cannot be read do not count. Says the ranges in words, a line for each shot.
+/// Throws: Interrupted.
+std::vector<std::string> find_ranges(const DepthOptions& options, std::vector<Job>& jobs);
+
+/// Throws: Error.
+RelativeDepth relative_depth(const DepthOptions& options, const Job& job);
+
+/// "values 3 to 250, 0 of 9600 pixels invalid": for the line about a result.
+std::string in_words(const io::RelativeInput& input);
+
+/// Seconds that the steps of an input took. It waits between them, which does not count.
+struct Times {
+    double read = 0, compute = 0, write = 0;
+
+    double whole() const { return read + compute + write; }
+};
+
+/// What the depth holds, for the line about a result and for --json.
+struct Held {
+    std::string channel, words;
+    nlohmann::ordered_json members;
+};
+
+/// What was read of an input. The images in it go when the input is computed.
+struct ReadInput {
+    DepthFile depth{{}, Storage::float32, {}};
+    std::optional<InvalidValue> invalid;   ///< of pixels that do not count, if there may be some
+    std::optional<RelativeDepth> relative; ///< all but its depth
+    Camera seen;                           ///< by the pixels
+    std::optional<cv::Size> picture_size;  ///< if it is another than the depth's
+    std::vector<std::string> channel_doubts;
+    std::shared_future<std::vector<std::string>> option_doubts;
+};
+
+/// What was found in it. It goes when the input is computed.
+struct Examined {
+    StoredDepth stored;
+    cv::Mat z;     ///< what it decodes to
+    cv::Mat small; ///< the depth before it was brought to the picture's size
+    Subject subject;
+    std::vector<std::string> value_doubts, camera_doubts;
+};
+
+/// An input between the steps, and its results until they are written and told.
+struct Work {
+    Job frame;
+    Times times;
+    bool loaded = false;
+    bool kept = false;             ///< Do the results lie there already?
+    nlohmann::ordered_json record; ///< of a run with records
+    ReadInput read;
+    std::optional<Examined> examined;
+    Held held;
+    bool doubtful_values = false;
+    std::optional<ExrSource> source;
+    Windows windows; ///< of the results
+    std::vector<Made> results;
+    io::Bytes raw = {}; ///< of the result that goes to standard output
+};
 
 /// A file of JSON lines that several runs and processes may append to: each line is one write.
 class RunLog {
 public:
     /// Without a name nothing is written; "-" is stdout. Throws: Error for a file that cannot be written, or that holds something else.
     explicit RunLog(const std::string& file);
-    ~RunLog();
-    RunLog(const RunLog&) = delete;
-    RunLog& operator=(const RunLog&) = delete;
 
     /// The first line of a run; `more` is what only the run knows. The line has the command line, the version, the host and
     /// the time, too.
@@ -35,7 +111,7 @@ public:
 
 private:
     std::string file_;
-    int descriptor_ = -1;
+    std::ofstream stream_;
     bool complete_ = true;
     bool is_cut_ = false; ///< has a full disk left a part of a line?
 };
@@ -82,4 +158,4 @@ private:
     std::vector<std::string> failed_;
 };
 
-} // namespace fathom::cli
+} // namespace fathom::shot

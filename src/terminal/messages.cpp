@@ -24,7 +24,7 @@
 #include <sys/ioctl.h>
 #include <unistd.h>
 
-namespace fathom::cli {
+namespace fathom::terminal {
 namespace {
 
 std::string on_one_line(std::string_view text) {
@@ -59,6 +59,13 @@ void check_output() {
         throw Interrupted{SIGPIPE};
     if (output_error != 0 || std::ferror(stdout) != 0)
         throw Error(unwritable_output(output_error));
+}
+
+void print_bytes(std::span<const unsigned char> bytes) {
+    errno = 0;
+    if (std::fwrite(bytes.data(), 1, bytes.size(), stdout) < bytes.size() && output_error == 0)
+        output_error = errno;
+    check_output();
 }
 
 std::string unwritable_output(int error) {
@@ -191,14 +198,8 @@ void Progress::advance() {
         flush_output();
         return;
     }
-    const std::size_t place = columns(), around = text.size() + 5;
-    std::string bar;
-    if (place > around + 10) {
-        const std::size_t length = std::min<std::size_t>(place - around, 40), full = length * done_ / count_;
-        bar = "[" + std::string(full, '#') + std::string(length - full, '.') + "]  ";
-    }
-    write_to_stderr("\r\x1b[K" + (bar + text).substr(0, place - 1));
+    write_to_stderr("\r\x1b[K" + text.substr(0, columns() - 1));
     shown_ = true;
 }
 
-} // namespace fathom::cli
+} // namespace fathom::terminal

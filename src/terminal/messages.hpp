@@ -7,17 +7,21 @@
 #include <chrono>
 #include <cstddef>
 #include <filesystem>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
-namespace fathom::cli {
+namespace fathom::terminal {
 
 /// Gives what was printed to the one who reads it. Without a reader the work is asked to stop.
 void flush_output();
 
 /// Throws: Error when something that was printed could not be written; Interrupted when nobody reads it.
 void check_output();
+
+/// Prints raw bytes. Throws as `check_output`.
+void print_bytes(std::span<const unsigned char> bytes);
 
 /// What is said then; `error`: the system's number, 0 if it is not known.
 std::string unwritable_output(int error);
@@ -84,4 +88,4 @@ private:
 /// "0:48", "1:02:03".
 std::string in_minutes(double seconds);
 
-} // namespace fathom::cli
+} // namespace fathom::terminal

@@ -72,13 +72,8 @@ public:
         if (const auto its = files_.find("--normals"); !takes_pass_ && its->second == no_normals)
             files_.erase(its);
         OwnTask::prepare();
-        if (!(call().radius > 0))
-            camera.first_for([&](const ImportedCamera& read) {
-                const double of_first = default_radius(read, camera.name());
-                if (!camera.is_pattern()) // or each frame's camera has its own
-                    call().radius = of_first;
-            });
-        camera.first_for([&](const ImportedCamera& read) { has_world_ = read.camera.view.has_value(); });
+        if (!(call().radius > 0)) // shows early what all cameras lack
+            camera.first_for([&](const ImportedCamera& read) { default_radius(read, camera.name()); });
     }
 
     Images read(const Job& job) const override {
@@ -115,7 +110,7 @@ protected:
                             "where solids end",
                             file.native(), channel_of_backs));
         return read_depth(file, {.channel = named == channels.end() ? channel : named->name,
-                                 .packing = packing_,
+                                 .packing = job.camera->packing,
                                  .overscan = has_overscan(job.windows)});
     }
 
@@ -136,14 +131,13 @@ protected:
 
 private:
     double radius_of(const Job& job) const {
-        return call().radius > 0 ? call().radius : default_radius(*job.own_camera, job.camera_file.native());
+        return call().radius > 0 ? call().radius : default_radius(*job.camera, job.camera_name.native());
     }
 
     // The channels of Blender's normals beside the depth that was read, which are the world's. Empty without them.
     std::vector<std::string> normal_pass(const Job& job) const {
-        const bool has_world = job.own_camera ? job.own_camera->camera.view.has_value() : has_world_;
         const bool of_blender = job.channel.ends_with(".Depth.Z") || job.channel.ends_with(".Depth.V");
-        if (!takes_pass_ || !has_world || !of_blender)
+        if (!takes_pass_ || !job.camera->camera.view || !of_blender)
             return {};
         const std::string layer = job.channel.substr(0, job.channel.size() - std::string_view("Depth.Z").size());
         std::vector<std::string> names;
@@ -155,7 +149,6 @@ private:
     }
 
     bool takes_pass_ = true; // of the depth's file
-    bool has_world_ = false; // is the world known from the first camera's view?
     bool told_ = false;      // that a file's own normals count, which is said once
 };
 

@@ -158,10 +158,8 @@ void add_frame_options(CLI::App& app, DepthOptions& options) {
                "frames of shot.####.exr, as in 1-240, 1-240x2 (every second)\n"
                "or 1-9,20\n"
                "(default: those that are there)");
-    add_enum_option(app, "--missing", options.inputs.missing,
-                    {{"error", Missing::error}, {"skip", Missing::skip}, {"hold", Missing::hold}},
-                    "a frame without its files is an error (default), is left out\n"
-                    "(skip), or repeats the one before it (hold)")
+    add_enum_option(app, "--missing", options.inputs.missing, {{"error", Missing::error}, {"skip", Missing::skip}},
+                    "a frame without its files is an error (default), or is left out\n(skip)")
         ->group("Frames");
     add_animate_options(app, options);
 }
@@ -203,7 +201,7 @@ void add_run_options(CLI::App& app, DepthOptions& options) {
     add_enum_option(
         app, "--progress", options.progress,
         {{"auto", ProgressKind::automatic}, {"openjd", ProgressKind::openjd}, {"off", ProgressKind::off}},
-        "of several inputs: a bar where stderr is a terminal (auto;\ndefault), Open Job Description's lines on stdout "
+        "of several inputs: a line where stderr is a terminal (auto;\ndefault), Open Job Description's lines on stdout "
         "(openjd), or none")
         ->group("Report");
 }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "cli/command.hpp"
 #include "description/range.hpp"
 #include "shot/options.hpp"
 

@@ -4,7 +4,6 @@
 #include "depth_options.hpp"
 
 #include "io/formats.hpp"
-#include "shot/results.hpp"
 
 #include <fathom/error.hpp>
 #include <fathom/io.hpp>

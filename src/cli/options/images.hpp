@@ -1,5 +1,6 @@
 #pragma once
 
+#include "cli/command.hpp"
 #include "shot/each_depth.hpp"
 
 #include <fathom/picture.hpp>

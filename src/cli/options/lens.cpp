@@ -61,9 +61,8 @@ void complete(LensArguments& lens, const LensDefaults& defaults, const Projectio
 
 // The lens for an input whose own camera may complete it.
 LensArguments lens_of(LensArguments lens, const Job& job) {
-    if (job.own_camera)
-        complete(lens, job.own_camera->lens, job.own_camera->camera.projection,
-                 (job.camera_file.empty() ? job.input : job.camera_file).native());
+    if (job.camera)
+        complete(lens, job.camera->lens, job.camera->camera.projection, job.camera_name.native());
     return lens;
 }
 
@@ -102,11 +101,11 @@ void complete(LensArguments& lens, RelativeSource& relative, const CameraOption&
         relative.options = relative_options(lens);
         return complete(lens, {}, relative_camera(1, 1, *lens.relative).projection, "the camera");
     }
-    camera.first_for([&](const ImportedCamera& read) {
-        LensArguments of_first = lens; // which shows early what all cameras lack
-        if (!camera.of_headers())
-            complete(camera.is_pattern() ? of_first : lens, read.lens, read.camera.projection, camera.name());
-    });
+    if (!camera.of_headers()) // shows early what all cameras lack
+        camera.first_for([&](const ImportedCamera& read) {
+            LensArguments of_first = lens;
+            complete(of_first, read.lens, read.camera.projection, camera.name());
+        });
 }
 
 CircleOfConfusion circle_of(const LensArguments& given, const StoredDepth& stored, const Job& job) {

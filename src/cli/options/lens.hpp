@@ -1,5 +1,6 @@
 #pragma once
 
+#include "cli/command.hpp"
 #include "description/operations.hpp"
 #include "doubts/lengths.hpp"
 #include "shot/plan.hpp"
