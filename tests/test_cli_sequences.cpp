@@ -208,9 +208,8 @@ TEST_CASE("sequences: an option changes from frame to frame") {
     refused(good, {"--animate", "focus=" + folder / "none.csv"}, 1, "there is no such file");
     const Arguments keys{"--animate", "focus=" + csv, "--interpolate"};
     refused("1,2\n2,4\n", keys, 1, "has no --focus for frame 3");
-    refused("1,2\n2,4\n", keys, 1, "--interpolate fills between its lines only");
     refused("1,2\n3,inf\n", keys, 1, "--focus of frame 2: nothing lies between '2' and 'inf'");
-    refused("1,2\n3,4\n", {"--animate", "focus=" + csv}, 1, "give every frame a line, or let --interpolate fill it");
+    refused("1,2\n3,4\n", {"--animate", "focus=" + csv}, 1, "give every frame a line, or let --interpolate fill");
     refused("1,\"2,3\"\n3,\"3,4\"\n", {"--animate", "focus-at=" + csv, "--interpolate"}, 1,
             "--focus-at: '2.5,3.5' will not do");
     refused(good, {"--focus", "2", "--interpolate"}, 2, "--animate");

@@ -12,6 +12,7 @@
 
 #include <fathom/cheapest.hpp>
 #include <fathom/error.hpp>
+#include <fathom/io.hpp>
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
@@ -194,7 +195,17 @@ Images OperationTask::read(const Job& job) const {
         } else if (option->kind == Kind::lengths) {
             images.thickness = read_lengths(file, job);
         } else {
-            images.other_depth = read_other_depth(file, job);
+            const bool of_picture = !has_file(spelled(*option)); // whose file then holds it, too
+            try {
+                if (of_picture && list_channels(file).size() < 2) // which are the picture's
+                    throw Error(file.native() + ": holds a picture only");
+                images.other_depth = read_other_depth(file, job);
+            } catch (const Error& error) {
+                if (!of_picture)
+                    throw;
+                throw Error(
+                    fmt::format("{}; a picture whose file holds no depth needs {}", error.what(), spelled(*option)));
+            }
             check_same_pixels(file, images.other_depth, job);
         }
     }

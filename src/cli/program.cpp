@@ -53,13 +53,13 @@ std::set<const CLI::Option*> shared_options(const CLI::App& app) {
     const auto operations = app.get_parent()->get_subcommands([](const CLI::App* each) { return takes_frames(*each); });
     for (const CLI::Option* option : app.get_options())
         if (const std::string name = option->get_name();
-            !option->get_required() && name != "--camera" && name != "--preset" && name != "--help" &&
+            !option->get_required() && name != "--camera" && name != "--preset" && !name.starts_with("--help") &&
             std::ranges::all_of(operations, [&](const CLI::App* each) { return each->get_option_no_throw(name); }))
             shared.insert(option);
     return shared;
 }
 
-// CLI11's, with words in lines, and without the options that all operations share where `--help all` does not ask for them.
+// CLI11's, with words in lines, and without the options that all operations share where --help-all does not ask for them.
 class HelpLayout : public CLI::Formatter {
 public:
     HelpLayout() { column_width(28); }
@@ -70,18 +70,12 @@ public:
         std::string text = Formatter::make_help(app, name, CLI::AppFormatMode::Normal);
         for (std::size_t at; (at = text.find("\n\n\n")) != std::string::npos;) // of groups that are left out
             text.erase(at, 1);
-        if (!left_out_.empty())
-            text += "fathom " + app->get_name() +
-                    " --help all also shows the options that all operations share: of frames, files, reports and "
-                    "devices.\n";
         return text;
     }
 
     std::string make_group(std::string group, bool is_positional,
                            std::vector<const CLI::Option*> options) const override {
-        std::erase_if(options, [&](const CLI::Option* option) {
-            return left_out_.contains(option) || option->get_name() == "--help-all";
-        });
+        std::erase_if(options, [&](const CLI::Option* option) { return left_out_.contains(option); });
         return options.empty() ? "" : Formatter::make_group(group, is_positional, options);
     }
 
@@ -156,19 +150,6 @@ constexpr const char* exit_codes = R"(Exit codes:
 constexpr const char* exit_codes_in_short =
     "Exit codes: 0 done, 1 some input failed, 2 wrong usage, 3 no such device, 130, 143, 129 and 141 interrupted.";
 
-// `--help all` as CLI11 has it.
-std::vector<const char*> with_all_help(int argc, const char* const* argv) {
-    std::vector<const char*> words(argv, argv + argc);
-    for (std::size_t i = 1; i + 1 < words.size(); ++i) {
-        const std::string_view flag = words[i];
-        if ((flag == "--help" || flag == "-h") && words[i + 1] == std::string_view("all")) {
-            words[i] = "--help-all";
-            words.erase(words.begin() + static_cast<std::ptrdiff_t>(i) + 1);
-        }
-    }
-    return words;
-}
-
 } // namespace
 
 Program::Program()
@@ -176,7 +157,6 @@ Program::Program()
           std::make_unique<CLI::App>("fathom: exact post-processing of depth images, on any OpenCL device", "fathom")) {
     app_->formatter(std::make_shared<HelpLayout>());
     app_->set_help_flag("-h,--help", "print this help, or that of a command");
-    app_->set_help_all_flag("--help-all");
     app_->set_version_flag("--version", "fathom " FATHOM_VERSION, "print the version");
     app_->require_subcommand(1);
     app_->footer("Example:\n  fathom linearize frame.exr --camera camera.json -o frame.z.exr\n\n" +
@@ -185,6 +165,9 @@ Program::Program()
                          const description::Operation* operation = nullptr) {
         CLI::App* app = app_->add_subcommand(name, summary);
         app->set_help_flag("-h,--help", "print this help");
+        if (operation)
+            app->set_help_all_flag("--help-all", "also show the options that all operations share: of frames, files, "
+                                                 "reports and devices");
         app->footer(notes + std::string("\n\n") + exit_codes_in_short);
         app->parse_complete_callback([this, app, operation, run = configure(*app)] {
             if (operation)
@@ -217,8 +200,7 @@ Program::~Program() = default;
 
 std::function<int()> Program::parse(int argc, const char* const* argv) {
     try {
-        const std::vector<const char*> words = with_all_help(argc, argv);
-        app_->parse(static_cast<int>(words.size()), words.data());
+        app_->parse(argc, argv);
     } catch (const CLI::Success&) { // --help, --version
         return [this, wanted = std::current_exception()] {
             try {

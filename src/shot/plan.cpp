@@ -190,11 +190,9 @@ std::string value_for(const Animation& animation, const Input& input, bool inter
         return next->second;
     if (interpolate && next != values.begin() && next != values.end())
         return between(animation, *std::prev(next), *next, *input.frame);
-    throw Error(fmt::format(
-        "{}: has no {} for frame {} ({}); {}", animation.file, animation.option, *input.frame, input.file,
-        interpolate                                      ? "--interpolate fills between its lines only"
-        : next == values.begin() || next == values.end() ? "give every frame a line"
-                                                         : "give every frame a line, or let --interpolate fill it"));
+    throw Error(fmt::format("{}: has no {} for frame {} ({}); give every frame a line, or let --interpolate fill those "
+                            "between two",
+                            animation.file, animation.option, *input.frame, input.file));
 }
 
 void give_results(const DepthOptions& options, const Input& input, Job& job) {

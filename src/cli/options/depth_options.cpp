@@ -175,12 +175,8 @@ void add_ignore_options(CLI::App& app, DepthOptions& options) {
         ->check(is_in(description::any_number))
         ->needs(ignore);
     const auto limits = [](const std::string& text) {
-        std::array<double, 2> ends{NAN, NAN};
-        const std::vector<std::string> parts = CLI::detail::split(text, ',');
-        for (std::size_t i = 0; parts.size() == 2 && i < 2; ++i)
-            if (!CLI::detail::lexical_cast(parts[i], ends[i]))
-                ends[i] = NAN;
-        return ends[0] <= ends[1] ? std::optional(ends) : std::nullopt;
+        const std::vector<double> ends = numbers_in(text, 2);
+        return !ends.empty() && ends[0] <= ends[1] ? std::optional(std::array{ends[0], ends[1]}) : std::nullopt;
     };
     add_option(
         app, "Input", "--valid", "MIN,MAX",
