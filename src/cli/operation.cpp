@@ -58,8 +58,7 @@ const Option* picture_of(const description::Operation& operation, const Option& 
     return nullptr;
 }
 
-} // namespace
-
+// What a file of a result holds.
 Product product_of(const description::Operation& operation, const description::Result& result) {
     if (result.content.of == Content::Of::light)
         return {.extensions = {".exr", ".tif", ".pfm", ".npy", ".png", ".jpg", ".hdr"},
@@ -76,6 +75,8 @@ Product product_of(const description::Operation& operation, const description::R
         product.png_scale = product.png_offset = 0.5;
     return product;
 }
+
+} // namespace
 
 OperationTask::OperationTask(const description::Operation& operation)
     : operation_(operation), call_(operation.make(nullptr)) {

@@ -80,9 +80,6 @@ protected:
     Call& call() const { return *static_cast<Call*>(call_.get()); }
 };
 
-/// What a file of a result holds.
-Product product_of(const description::Operation& operation, const description::Result& result);
-
 /// Makes the command of a task.
 std::function<int()> configure_operation(CLI::App& app, const std::shared_ptr<OperationTask>& task);
 

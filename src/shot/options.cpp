@@ -105,7 +105,7 @@ void CameraOption::first_for(const std::function<void(const ImportedCamera&)>& u
         try {
             return use(read_for(depth));
         } catch (const UsageError&) {
-            if (!of_each_input())
+            if (!of_headers() && !is_pattern()) // all have the same
                 throw;
             if (!lacking)
                 lacking = std::current_exception();

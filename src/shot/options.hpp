@@ -45,9 +45,6 @@ struct CameraOption {
     /// Does each frame have a camera file of its own?
     bool is_pattern() const;
 
-    /// Has each input a camera of its own, in its header or in a file?
-    bool of_each_input() const { return of_headers() || is_pattern(); }
-
     /// The camera file of one input. Throws: UsageError where a pattern needs a frame that the input's name does not hold.
     std::string file_for(const Input& input) const;
 

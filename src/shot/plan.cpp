@@ -216,6 +216,14 @@ void refuse_replacing(const std::vector<Job>& jobs) {
                 throw UsageError(output.native() + ": is one of the files to read; write elsewhere");
 }
 
+// The image in a folder that is named like this input, with any extension that images have; none if there is none.
+fs::path image_like(const fs::path& folder, const fs::path& input) {
+    for (const char* extension : {".exr", ".tif", ".tiff", ".pfm", ".npy", ".png", ".jpg", ".jpeg", ".hdr"})
+        if (fs::path file = folder / input.stem().concat(extension); io::is_there(file))
+            return file;
+    return {};
+}
+
 } // namespace
 
 std::vector<fs::path> Job::others() const {
@@ -226,13 +234,6 @@ std::vector<fs::path> Job::others() const {
 
 bool has_overscan(const Windows& windows) {
     return windows.data != cv::Rect({0, 0}, windows.display);
-}
-
-fs::path image_like(const fs::path& folder, const fs::path& input) {
-    for (const char* extension : {".exr", ".tif", ".tiff", ".pfm", ".npy", ".png", ".jpg", ".jpeg", ".hdr"})
-        if (fs::path file = folder / input.stem().concat(extension); io::is_there(file))
-            return file;
-    return {};
 }
 
 fs::path companion_of(const DepthOptions& options, const Companion& companion, const Input& input) {

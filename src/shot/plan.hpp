@@ -62,9 +62,6 @@ bool has_overscan(const Windows& windows);
 
 using io::extension_of; // as `Product::extensions` has it
 
-/// The image in a folder that is named like this input, with any extension that images have; none if there is none.
-std::filesystem::path image_like(const std::filesystem::path& folder, const std::filesystem::path& input);
-
 /// The file of an input's companion. If there is none, the name that it should have: reading that reports the missing file.
 /// Throws: UsageError where several inputs would share one, and where a pattern needs a frame that the input has not.
 std::filesystem::path companion_of(const DepthOptions& options, const Companion& companion, const Input& input);

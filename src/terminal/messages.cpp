@@ -41,6 +41,17 @@ std::string on_one_line(std::string_view text) {
     return line;
 }
 
+void write_to_stderr(std::string_view text) {
+    while (!text.empty()) {
+        const auto written = ::write(STDERR_FILENO, text.data(), text.size());
+        if (written < 0 && errno == EINTR)
+            continue;
+        if (written <= 0)
+            return;
+        text.remove_prefix(static_cast<std::size_t>(written));
+    }
+}
+
 int output_error = 0; // the first
 
 } // namespace
@@ -136,18 +147,7 @@ void prepare_streams() {
     cv::utils::logging::setLogLevel(cv::utils::logging::LOG_LEVEL_SILENT);
 }
 
-void write_to_stderr(std::string_view text) {
-    while (!text.empty()) {
-        const auto written = ::write(STDERR_FILENO, text.data(), text.size());
-        if (written < 0 && errno == EINTR)
-            continue;
-        if (written <= 0)
-            return;
-        text.remove_prefix(static_cast<std::size_t>(written));
-    }
-}
-
-// The bar is the last line of the terminal. Whatever else is printed takes its place first.
+// It is the last line of the terminal. Whatever else is printed takes its place first.
 
 namespace {
 
@@ -161,14 +161,15 @@ std::size_t columns() {
     return ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 0 ? size.ws_col : 80;
 }
 
-} // namespace
-
+// "0:48", "1:02:03".
 std::string in_minutes(double seconds) {
     const auto whole = std::llround(std::min(seconds, 1e9));
     const auto hours = whole / 3600, minutes = whole / 60 % 60;
     return hours > 0 ? fmt::format("{}:{:02}:{:02}", hours, minutes, whole % 60)
                      : fmt::format("{}:{:02}", minutes, whole % 60);
 }
+
+} // namespace
 
 Progress::Progress(ProgressKind kind, std::size_t count, bool quiet)
     : count_(count), bar_(kind == ProgressKind::automatic && count > 1 && !quiet && is_terminal()),

@@ -58,8 +58,6 @@ std::string invalid_in_words(std::size_t invalid, std::size_t pixels);
 /// and turns OpenCV's log off.
 void prepare_streams();
 
-void write_to_stderr(std::string_view text);
-
 /// How a run over several inputs tells how far it is.
 enum class ProgressKind { automatic, openjd, off };
 
@@ -84,8 +82,5 @@ private:
     bool bar_ = false, openjd_ = false, shown_ = false;
     std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now(), first_ = {};
 };
-
-/// "0:48", "1:02:03".
-std::string in_minutes(double seconds);
 
 } // namespace fathom::terminal

@@ -72,8 +72,4 @@ CLI::Option* add_enum_option(CLI::App& app, const std::string& name, Value& valu
         ->check(is_one_of(names));
 }
 
-/// Adds --animate NAME=FILE and --interpolate. Every value of the file is parsed and checked as the option itself does it, and the first one
-/// stays, so that what depends on the option can be checked before a frame is read.
-void add_animate_options(CLI::App& app, DepthOptions& options);
-
 } // namespace fathom::cli
