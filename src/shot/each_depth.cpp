@@ -2,7 +2,6 @@
 #include "each_depth.hpp"
 
 #include "pipes.hpp"
-#include "record.hpp"
 #include "telling.hpp"
 
 #include "camera/form.hpp"

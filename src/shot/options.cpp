@@ -7,7 +7,7 @@
 #include "io/cameras/camera_formats.hpp"
 #include "io/formats.hpp"
 #include "sequence/frames.hpp"
-#include "shot/record.hpp"
+#include "telling.hpp" // what kernels there are
 #include "terminal/exit.hpp"
 
 #include <fathom/error.hpp>

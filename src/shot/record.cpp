@@ -1,5 +1,5 @@
 // What makes a result, as one line of JSON.
-#include "record.hpp"
+#include "telling.hpp"
 
 #include "camera_file/file.hpp"
 #include "io/replace_files.hpp"

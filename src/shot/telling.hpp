@@ -4,6 +4,7 @@
 
 #include "doubts/look.hpp"
 #include "io/relative_input.hpp"
+#include "io/replace_files.hpp"
 #include "operations/invalid_value.hpp"
 #include "terminal/messages.hpp"
 
@@ -15,6 +16,7 @@
 
 #include <cstddef>
 #include <exception>
+#include <filesystem>
 #include <fstream>
 #include <future>
 #include <optional>
@@ -93,6 +95,39 @@ struct Work {
     std::vector<Made> results;
     io::Bytes raw = {}; ///< of the result that goes to standard output
 };
+
+/// What makes the results of each frame: a line of JSON beside the first of them, with the sizes and times of all files. A frame
+/// whose line says what a run finds need not be made again.
+class Records {
+public:
+    /// Options are those of the command line now, before a frame has changed the animated ones.
+    Records(const DepthOptions& options, const Device& device);
+
+    /// All that makes the results of a frame, before they are made.
+    nlohmann::ordered_json of(const Job& job) const;
+
+    /// Are all results of the frame those that were made of this?
+    bool is_finished(const nlohmann::ordered_json& record, const Job& job) const;
+
+    /// The file with the line, of what the results will be.
+    io::LastFile file_of(const nlohmann::ordered_json& record, const Job& job) const;
+
+private:
+    const DepthOptions& options_;
+    nlohmann::ordered_json common_; ///< of all frames
+};
+
+/// Where the line of a frame lies whose first result this is: OUT.fathom.json.
+std::filesystem::path record_of(const std::filesystem::path& file);
+
+/// A device for records: its name, and its driver's.
+std::string device_class(const Device& device);
+
+/// The hash of the text of all kernels.
+std::string kernels_hash();
+
+/// Removes temporary files that killed runs left beside these results.
+void remove_abandoned(const std::vector<Job>& jobs);
 
 /// A file of JSON lines that several runs and processes may append to: each line is one write.
 class RunLog {
