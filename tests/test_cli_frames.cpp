@@ -229,21 +229,12 @@ TEST_CASE("program frames: a camera's mistake is told once, with the first frame
     CHECK(told[2].starts_with("fathom: 1 of 12 inputs failed"));
 }
 
-TEST_CASE("program frames: a folder that cannot be written ends the run in one line") {
+TEST_CASE("program frames: a frame that has no place is told, and the others are done") {
     const Folder folder;
     make_shot(folder, 12);
-    const Arguments command{"linearize", folder / "f1##.exr",  "--camera", camera_file(folder),
-                            "--log",     folder / "run.jsonl", "-o"};
-    for (const std::string out : {"/sys/z.##.exr", "/sys/new/", "/sys/%02d/z.exr"}) // also root makes no file there
-        for (const Arguments& how : {Arguments{}, Arguments{"--resume"}, Arguments{"--quiet"}}) {
-            const Outcome outcome = run(joined(command, joined({out}, how)));
-            check_refused(outcome, 1, "; no other frame has a place either");
-            CHECK(lines_of(outcome.err).size() == 1);
-            CHECK(outcome.out.empty());
-        }
-    // Where only one frame has no place the others are done.
     write(folder / "out/103", "is in the way of a folder");
-    const Outcome outcome = run(joined(command, {folder / "out/1%02d/z.exr"}));
+    const Outcome outcome =
+        run({"linearize", folder / "f1##.exr", "--camera", camera_file(folder), "-o", folder / "out/1%02d/z.exr"});
     CHECK(outcome.code == 1);
     CHECK(lines_of(outcome.out).size() == 11);
 }
@@ -288,7 +279,7 @@ TEST_CASE("program frames: a size of memory is a number and a unit") {
         check_refused(joined(arguments, {bad}), 2, "--memory");
 }
 
-TEST_CASE("program frames: a bar on a terminal, which leaves the lines alone") {
+TEST_CASE("program frames: a line of progress on a terminal, which leaves the lines alone") {
     const Folder folder;
     const std::vector<std::string> shot = make_shot(folder, 5);
     const int terminal = posix_openpt(O_RDWR | O_NOCTTY);
@@ -329,7 +320,7 @@ TEST_CASE("program frames: a bar on a terminal, which leaves the lines alone") {
         CHECK(shown.empty());
         return;
     }
-    const std::regex bar("\\[#*\\.*\\]  [1-5] of 5  [0-9.e+]+ frames/s  [0-9:]+ left");
+    const std::regex bar("[1-5] of 5  [0-9.e+]+ frames/s  [0-9:]+ left");
     CHECK(std::distance(std::sregex_iterator(shown.begin(), shown.end(), bar), std::sregex_iterator()) == 5);
     CHECK(shown.ends_with("\r\x1b[K"));
     CHECK(!contains(shown, '\n'));

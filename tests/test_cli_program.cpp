@@ -174,21 +174,18 @@ TEST_CASE("program: --help has an example and the exit codes for every command")
     CHECK(run({"--version"}).out.starts_with("fathom "));
 }
 
-TEST_CASE("program: --help of an operation begins with its own options, and --help all has those of every operation") {
-    const std::string own = run({"fog", "--help"}).out, all = run({"fog", "--help", "all"}).out;
-    const auto place = [](const std::string& help, const std::string& text) { return help.find("\n" + text); };
-    CHECK(place(own, "Required:\n      --density ") < place(own, "Input:\n  DEPTH..."));
-    CHECK(place(own, "      --color IMAGE") < place(own, "      --camera FILE"));
-    CHECK(place(all, "Required:\n      --density ") < place(all, "Input:\n  DEPTH..."));
+TEST_CASE("program: --help of an operation has its own options, and --help-all those of every operation") {
+    const std::string own = run({"fog", "--help"}).out, all = run({"fog", "--help-all"}).out;
+    for (const char* option : {"--density X REQUIRED", "--color IMAGE REQUIRED", "--camera FILE", "DEPTH"}) {
+        INFO(option);
+        CHECK(contains(own, option));
+        CHECK(contains(all, option));
+    }
     for (const char* option : {"--frames RANGE", "--compression ", "--strict", "--device DEVICE", "--channel NAME"}) {
         INFO(option);
-        CHECK(own.find(option) == std::string::npos);
-        CHECK(all.find(option) != std::string::npos);
+        CHECK(!contains(own, option));
+        CHECK(contains(all, option));
     }
-    CHECK(own.substr(own.rfind('\n', own.size() - 2)).starts_with("\nfathom fog --help all "));
-    CHECK(all.find("--help all also") == std::string::npos);
-    CHECK(run({"fog", "-h", "all"}).out == all);
-    CHECK(run({"show", "--help", "all"}).out == run({"show", "--help"}).out);
 }
 
 // Bad input: one line, the right exit code, nothing left behind

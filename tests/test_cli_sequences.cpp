@@ -208,11 +208,10 @@ TEST_CASE("sequences: an option changes from frame to frame") {
     refused(good, {"--animate", "focus=" + folder / "none.csv"}, 1, "there is no such file");
     const Arguments keys{"--animate", "focus=" + csv, "--interpolate"};
     refused("1,2\n2,4\n", keys, 1, "has no --focus for frame 3");
-    refused("1,2\n2,4\n", keys, 1, "--interpolate fills between its lines only");
-    refused("1,2\n3,inf\n", keys, 1, "--focus of frame 2, between 1 and 3: nothing lies between '2' and 'inf'");
-    refused("1,2\n3,4\n", {"--animate", "focus=" + csv}, 1, "give every frame a line, or let --interpolate fill it");
+    refused("1,2\n3,inf\n", keys, 1, "--focus of frame 2: nothing lies between '2' and 'inf'");
+    refused("1,2\n3,4\n", {"--animate", "focus=" + csv}, 1, "give every frame a line, or let --interpolate fill");
     refused("1,\"2,3\"\n3,\"3,4\"\n", {"--animate", "focus-at=" + csv, "--interpolate"}, 1,
-            "of frame 2, between 1 and 3: ");
+            "--focus-at: '2.5,3.5' will not do");
     refused(good, {"--focus", "2", "--interpolate"}, 2, "--animate");
     const std::string unnumbered = depth_file(folder, "still.exr");
     check_refused(
@@ -237,7 +236,7 @@ TEST_CASE("sequences: frames between two lines have a value between theirs") {
     check("1,\"4,8\"\n5,\"8,28\"\n", "focus-at", {{2, "5,13"}, {3, "6,18"}});
 }
 
-TEST_CASE("sequences: a missing frame is an error, left out, or the one before it") {
+TEST_CASE("sequences: a missing frame is an error, or left out") {
     const Shot shot({1, 2, 5, 6});
     const Folder& folder = shot.folder;
     fs::remove(shot.own_camera(5));
@@ -260,30 +259,6 @@ TEST_CASE("sequences: a missing frame is an error, left out, or the one before i
     }
     CHECK(folder.results() == Names{"z.0001.exr", "z.0002.exr", "z.0006.exr"});
 
-    const Outcome hold = run(joined(command, {"--missing", "hold"}));
-    check_refused(hold, 1,
-                  "shot.0000.exr: is not there, so that frame 0 cannot be done; --missing hold needs an earlier");
-    CHECK(folder.results() ==
-          Names{"z.0001.exr", "z.0002.exr", "z.0003.exr", "z.0004.exr", "z.0005.exr", "z.0006.exr"});
-    const cv::Mat second = shot.alone({"linearize"}, shot.file(2), shot.own_camera(2), "Z");
-    for (const int held : {3, 4, 5}) // the depth and the camera of the last frame that has both
-        CHECK(same(shot.result(held, "Z"), second));
-    for (const nlohmann::json& line : Shot::lines(hold)) {
-        const int frame = line["frame"];
-        CHECK(line.contains("held") == (frame >= 3 && frame <= 5));
-        CHECK(line.value("held", 2) == 2);
-    }
-    Arguments part = command; // a part of the shot gives the same as the whole
-    part[7] = "4-6";
-    fs::remove(folder / "out/z.0004.exr");
-    check_done(joined(part, {"--missing", "hold"}));
-    CHECK(same(shot.result(4, "Z"), second));
-
-    part[7] = "3-4"; // or nothing but held frames, of which none has a camera of its own
-    fs::remove(folder / "out/z.0004.exr");
-    check_done(joined(part, {"--missing", "hold"}));
-    CHECK(same(shot.result(4, "Z"), second));
-
     const Outcome none = run({"linearize", folder / "shot.####.exr", "--camera", shot.camera(), "-o",
                               folder / "out/z.####.exr", "--frames", "100-20000"});
     check_refused(none, 1, "shot.0100.exr: is not there, and none of the 19901 frames has all its files");
@@ -299,15 +274,14 @@ TEST_CASE("sequences: a camera that lacks what others have concerns its frames o
     };
     const auto command = [&](const Arguments& what) {
         return run(joined(what, {folder / "shot.####.exr", "--camera", folder / "cam.####.json", "-o",
-                                 folder / "out/z.####.exr", "--frames", "1-3", "--missing", "hold"}));
+                                 folder / "out/z.####.exr", "--frames", "1-3"}));
     };
     lacking(1, "ao_distance");
-    fs::remove(shot.file(2)); // so that frame 2 is held, and fails as frame 1 does
     const Outcome first = command({"ssao"});
     CHECK(first.code == 1);
     CHECK(contains(first.err, "cam.0001.json has no \"ao_distance\""));
-    CHECK(contains(first.err, fmt::format("2 of 3 inputs failed: {0}, {0} (for frame 2)", shot.file(1))));
-    CHECK(folder.results() == Names{"z.0003.exr"});
+    CHECK(contains(first.err, "1 of 3 inputs failed: " + shot.file(1)));
+    CHECK(folder.results() == Names{"z.0002.exr", "z.0003.exr"});
     lacking(1, "f_stop");
     const Outcome masks = command({"dof-masks", "--mask", "coc"});
     CHECK(masks.code == 1);
@@ -317,29 +291,11 @@ TEST_CASE("sequences: a camera that lacks what others have concerns its frames o
     check_refused(command({"ssao"}), 2, "cam.####.json has no \"ao_distance\"");
 }
 
-TEST_CASE("sequences: a held frame has the earlier companions, and its own name and animated value") {
-    const Shot shot({1, 2, 3, 4});
-    const Folder& folder = shot.folder;
-    const std::string depths = folder / "shot.####.exr", csv = folder / "radius.csv";
-    check_done({"normals", depths, "--camera", shot.camera(), "-o", folder / "n.####.exr"});
-    fs::create_directory(folder / "normals");
-    for (const int frame : shot.frames)
-        fs::rename(folder / Shot::numbered("n", frame), folder / ("normals/" + Shot::numbered("shot", frame)));
-    fs::remove(folder / "normals/shot.0003.exr");
-    write(csv, "1,0.1\n2,0.2\n3,0.3\n4,0.4\n");
-    const Outcome outcome = check_done({"ssao", depths, "--camera", shot.camera(), "--normals", folder / "normals",
-                                        "--animate", "radius=" + csv, "--missing", "hold", "-o", folder / "out/"});
-    CHECK(contains(outcome.out, "frame 2 held"));
-    CHECK(same(shot.result(3, "AO", "shot"),
-               shot.alone({"ssao", "--radius", "0.3", "--normals", folder / "normals/shot.0002.exr"}, shot.file(2),
-                          shot.camera(), "AO")));
-}
-
 TEST_CASE("sequences: what is wrong with a frame in the middle concerns this frame only") {
     const Shot shot({1, 2, 3});
     const Folder& folder = shot.folder;
-    const Arguments command{"linearize", folder / "shot.####.exr",  "--camera",  folder / "cam.####.json",
-                            "-o",        folder / "out/z.####.exr", "--missing", "hold"};
+    const Arguments command{"linearize", folder / "shot.####.exr", "--camera", folder / "cam.####.json",
+                            "-o",        folder / "out/z.####.exr"};
     const std::string whole = content(shot.file(2));
     const auto refused = [&](const std::string& bytes, const std::string& camera, const std::string& said) {
         INFO(said);
@@ -395,13 +351,10 @@ TEST_CASE("sequences: wrong usage is told before anything is done") {
         {{depths, "-o", out, "--format", "tif"}, 2, "contradicts --format"},
         {{depths, "-o", depths}, 2, "is one of the files to read"},
         {{depths, depths, "-o", out}, 2, "would be written for"},
-        {{depths, "-o", out, "--frames", "1-5z2"}, 2, "--frames: '1-5z2': at character 4 ('z')"},
+        {{depths, "-o", out, "--frames", "1-5z2"}, 2, "--frames: '1-5z2': '1-5z2' is no frames"},
         {{depths, "-o", out, "--frames", ""}, 2, "--frames"},
         {{depths, "-o", out, "--frames", "1-99999999"}, 2, "more than 10000000 frames"},
-        {{depths, "-o", out, "--openjd-frames", "1-5:2"},
-         2,
-         "--openjd-frames: is no option any more; give the range to --frames"},
-        {{depths, "-o", out, "--missing", "keep"}, 2, "error, skip or hold"},
+        {{depths, "-o", out, "--missing", "keep"}, 2, "error or skip"},
         {{shot.file(1), "-o", out, "--frames", "1"}, 2, "--frames: chooses from a sequence"},
         {{folder / "s*.exr", "-o", folder / "out/", "--frames", "1"}, 2, "more than one sequence"},
         {{shot.file(1), still, "-o", out}, 2, "still.exr: its name holds no frame, which -o"},

@@ -51,14 +51,14 @@ TEST_CASE("frame ranges: fileseq reads them alike") {
     CHECK(refused > 15);
 }
 
-TEST_CASE("frame ranges: what is wrong is told with its place and the cure") {
-    check_refused("1-5z2", "character 4 ('z')");
+TEST_CASE("frame ranges: what is wrong is told with the cure") {
+    check_refused("1-5z2", "'1-5z2' is no frames; write");
     check_refused("", "names no frame");
-    check_refused("1-5y1", "character 4 ('y')");
-    check_refused("1-", "its end: a whole number is missing");
+    check_refused("1-5y1", "'1-5y1' is no frames");
+    check_refused("1-", "'1-' is no frames");
     check_refused("1-5x0", "a step must be above 0");
-    check_refused("1.5", "character 2 ('.')");
-    check_refused("1 2", "character 3 ('2')");
+    check_refused("1.5", "'1.5' is no frames");
+    check_refused("1 2", "'1 2' is no frames");
     check_refused("9999999999999", "more than 12 figures");
 }
 
@@ -68,9 +68,4 @@ TEST_CASE("frame ranges: ten million frames are read, and more refused without u
     for (const std::string range :
          {"1-10000001", "1-5000000,5000001-10000001", "-999999999999-999999999999", "1-999999999999x2"})
         check_refused(range, "more than 10000000 frames");
-}
-
-TEST_CASE("frame ranges: in words") {
-    CHECK(in_words(Frames{}).empty());
-    CHECK(in_words(Frames{-2, -1, 0, 4, 6, 7}) == "-2-0, 4, 6-7");
 }

@@ -204,25 +204,17 @@ TEST_CASE("relative program: a shot of floats has one range, whichever frames ar
     CHECK_FALSE(contains(done("single", {frame(1)}), "--relative-range")); // has its own, as ever
     CHECK_FALSE(same(channel(folder / "out/single.####.exr", "coc"), result("whole", 1)));
 
-    // A file beside them that is no frame changes nothing, and says that its range is its own.
+    // A file beside them that is no frame changes nothing.
     write_image(folder / "test.exr", scene() * 30);
     const Outcome beside = run(joined(joined(masks, {folder / "out/beside/"}), {folder / ""}));
     CHECK(beside.code == 0);
     CHECK(contains(beside.out.substr(0, beside.out.find('\n')), "--relative-range 0.8,24"));
-    CHECK(contains(beside.out, "test.exr  0 to 1 by its own range"));
     const Outcome by_shell =
         run(joined(joined(masks, {folder / "out/by-shell/"}), {frame(1), frame(2), frame(3), folder / "test.exr"}));
     for (const char* out : {"out/beside/", "out/by-shell/"})
         for (int i = 1; i <= 3; ++i)
             CHECK(same(channel(folder / (out + ("shot.000" + std::to_string(i)) + ".exr"), "coc"), result("whole", i)));
     CHECK(by_shell.out.substr(0, by_shell.out.find('\n')) == beside.out.substr(0, beside.out.find('\n')));
-    const Folder unnumbered; // of which nothing says whether they are a shot
-    for (const char* name : {"a.exr", "b.exr"})
-        write_image(unnumbered / name, scene() * 8);
-    const Outcome apart = run(joined(joined(masks, {unnumbered / "out/"}), {unnumbered / ""}));
-    CHECK(contains(apart.out, "each by its own range"));
-    CHECK(contains(apart.out, "--relative-range A,B"));
-
     const Outcome json =
         run(joined(joined(masks, {folder / "out/json.####.exr"}), {folder / "shot.####.exr", "--json"}));
     CHECK(contains(json.out.substr(0, json.out.find('\n')), "\"relative_range\":[0.8"));

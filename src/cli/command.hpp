@@ -1,22 +1,23 @@
 #pragma once
 
-#include "terminal/exit.hpp"
+#include "shot/inputs.hpp"
+#include "terminal/messages.hpp"
 
 #include <functional>
 #include <memory>
-#include <span>
 #include <string>
 
 namespace CLI {
 class App;
-class FormatterBase;
-class ParseError;
 } // namespace CLI
 
 namespace fathom::cli {
 
-/// One command of the program. commands/NAME.cpp defines `extern const Command NAME_command`; src/cli/CMakeLists.txt lists the
-/// names.
+using namespace shot;
+using namespace terminal;
+using terminal::number;
+
+/// One command of the program, which commands/NAME.cpp defines. Operations that have none are made from their descriptions alone.
 struct Command {
     const char* name;
     const char* summary; ///< one line, shown in the list of commands
@@ -26,17 +27,10 @@ struct Command {
     std::function<int()> (*configure)(CLI::App& app);
 };
 
-/// Those of src/cli/CMakeLists.txt, in its order. Other operations have the commands that their descriptions make.
-std::span<const Command* const> commands();
+extern const Command unproject_command, ssao_command, dof_masks_command, dof_command, show_command, inspect_command,
+    camera_command, presets_command, options_command, devices_command;
 
 /// Begins a line of an option's meaning. Others end where they are full.
 inline constexpr char new_line = '\v';
-
-/// Lays out `--help`: what it does, usage, commands or options in aligned columns, then the command's notes. Options that
-/// all operations share are shown by `--help all` only.
-std::shared_ptr<CLI::FormatterBase> help_layout();
-
-/// What is wrong with the arguments, in one sentence; unknown names come with the nearest known one.
-std::string explain(const CLI::App& program, const CLI::ParseError& error);
 
 } // namespace fathom::cli

@@ -5,19 +5,20 @@
 
 #include "cli/options/depth_options.hpp"
 #include "cli/options/described.hpp"
-#include "cli/options/picture.hpp"
+#include "cli/options/images.hpp"
+#include "cli/options/lens.hpp"
 #include "io/floats_on_host.hpp"
 #include "terminal/messages.hpp"
 
+#include <fathom/cheapest.hpp>
 #include <fathom/error.hpp>
+#include <fathom/io.hpp>
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
-#include <memory>
 #include <optional>
 #include <stdexcept>
-#include <string_view>
 #include <utility>
 
 namespace fathom::cli {
@@ -27,15 +28,6 @@ using description::Content;
 using description::Kind;
 using description::Option;
 
-struct Arguments : DepthOptions {
-    std::shared_ptr<void> call;
-    const Option* color = nullptr; // the option of the picture
-    PictureOptions picture;
-    double max_error = 0;
-    bool explain = false;
-    std::map<std::string, std::string> files; // of more results, by their names
-};
-
 std::optional<fathom::Operation> measured(const std::string& name) {
     for (const fathom::Operation each : {fathom::Operation::ssao, fathom::Operation::dof, fathom::Operation::normals})
         if (fathom::to_string(each) == name)
@@ -43,131 +35,8 @@ std::optional<fathom::Operation> measured(const std::string& name) {
     return std::nullopt;
 }
 
-void add_options(CLI::App& app, const description::Operation& operation, Arguments& arguments) {
-    const auto set = [&](const Option& option, description::Value value) {
-        if (option.kind == Kind::color) { // a matrix is B, G, R
-            auto& color = std::get<std::array<double, 3>>(value);
-            std::swap(color[0], color[2]);
-        }
-        if (option.name == std::string_view("max_error"))
-            arguments.max_error = std::get<double>(value);
-        operation.set(arguments.call.get(), option, value);
-    };
-    for (const Option& option : operation.options) {
-        if (option.kind == Kind::picture)
-            arguments.color = &option;
-        if (option.kind == Kind::color)
-            set(option, option.by_default.value());
-    }
-    add_described_options(app, operation.options, set, operation.group, {});
-    if (arguments.color)
-        add_picture_options(app, arguments.picture, arguments.color->words);
-    add_result_options(app, operation, arguments.files);
-    if (measured(operation.name))
-        add_explain(app, arguments.explain, operation.group);
-}
-
-More more_of(const description::Operation& operation, const std::shared_ptr<Arguments>& arguments) {
-    More more;
-    more.outputs = outputs_of(operation, arguments->call.get(), arguments->files);
-    if (!arguments->color)
-        return more;
-    use_picture(more, arguments->picture);
-    return more;
-}
-
-std::vector<std::string> words_in(const char* text) {
-    return CLI::detail::split(text, ' ');
-}
-
-} // namespace
-
-Product product_of(const description::Operation& operation, const description::Result& result) {
-    if (result.content.of == Content::Of::light)
-        return picture_product(operation.layer);
-    Product product{.extensions = {".exr", ".tif", ".pfm", ".npy", ".png"},
-                    .channels = words_in(result.content.channels),
-                    .layer = operation.layer};
-    if (result.content.of == Content::Of::fractions)
-        product.png_scale = 1;
-    if (result.content.of == Content::Of::directions)
-        product.png_scale = product.png_offset = 0.5;
-    return product;
-}
-
-std::vector<Output> outputs_of(const description::Operation& operation, void* call,
-                               const std::map<std::string, std::string>& files) {
-    for (const Option& option : operation.options)
-        if (option.kind == Kind::result && files.contains(option.name))
-            operation.set(call, option, true);
-    std::vector<Output> outputs;
-    for (const description::Result& result : operation.results_of(call, {}))
-        if (const auto file = files.find(result.name); file != files.end()) {
-            Product product = product_of(operation, result);
-            if (!product.png_scale) // it has no --png-scale of its own
-                std::erase(product.extensions, ".png");
-            product.layer = "";
-            outputs.push_back({spelled(result.name), file->second, product});
-        }
-    return outputs;
-}
-
-std::vector<Result> run(const description::Operation& operation, void* call, const StoredDepth& stored,
-                        const Loaded& frame) {
-    const std::vector<description::Result> results = operation.results_of(call, stored);
-    std::vector<std::optional<FloatsOnHost>> made(results.size());
-    for (std::size_t i = 0; i < results.size(); ++i)
-        if (const Layout& layout = results[i].shape.layout; results[i].wanted)
-            *results[i].image =
-                made[i].emplace(stored.image.device(), cv::Size(layout.width, layout.height), layout.channels).image();
-    operation.run(call, stored, {});
-    std::vector<Result> all;
-    for (std::size_t i = 0; i < results.size(); ++i) {
-        if (!made[i])
-            continue;
-        const cv::Mat mat = made[i]->mat();
-        if (results[i].content.of == Content::Of::directions)
-            all.emplace_back(directions_for(frame.outputs[all.size()], mat));
-        else
-            all.emplace_back(mat);
-        if (results[i].content.of == Content::Of::light)
-            all.back().format = frame.images.get().picture.format;
-    }
-    return all;
-}
-
-std::function<int()> configure_operation(CLI::App& app, const description::Operation& operation) {
-    const auto arguments = std::make_shared<Arguments>();
-    arguments->call = operation.make(nullptr);
-    const Product product = product_of(operation, operation.results_of(arguments->call.get(), {}).front());
-    add_depth_options(app, *arguments, product);
-    add_options(app, operation, *arguments);
-    return [arguments, &operation] {
-        // The options decide what it holds.
-        const Product asked = product_of(operation, operation.results_of(arguments->call.get(), {}).front());
-        return each_depth(
-            *arguments, asked, more_of(operation, arguments), [&](const StoredDepth& stored, Loaded& frame) {
-                if (arguments->max_error > 0)
-                    explain_method(*measured(operation.name), stored, frame, arguments->max_error, arguments->explain);
-                const std::shared_ptr<void> call = operation.make(arguments->call.get());
-                if (arguments->color) // read by the device until the results are there
-                    operation.set(call.get(), *arguments->color,
-                                  to_device(stored.image.device(), frame.images.get().picture.color));
-                return run(operation, call.get(), stored, frame);
-            });
-    };
-}
-
-// --max-error and --explain, which ssao, dof and normals share.
-
-void add_explain(CLI::App& app, bool& explain, const std::string& group) {
-    app.add_flag("--explain", explain, "print on stderr what --max-error chose, and its error")
-        ->needs(app.get_option("--max-error"))
-        ->group(group);
-}
-
-void explain_method(fathom::Operation operation, const StoredDepth& stored, Loaded& frame, double max_error,
-                    bool explain) {
+// Checks that some method meets an input's --max-error. On request says on one line of stderr which method that is, and its error.
+void explain_method(fathom::Operation operation, const StoredDepth& stored, Job& job, double max_error, bool explain) {
     MeasuredMethod cheapest;
     try {
         cheapest = cheapest_method(operation, stored, max_error);
@@ -176,9 +45,230 @@ void explain_method(fathom::Operation operation, const StoredDepth& stored, Load
         throw Error(message.starts_with(option) ? "--max-error " + message.substr(option.size()) : message);
     }
     if (explain)
-        frame.said.push_back(fmt::format("{}: {} {}: error up to {} (in the scene {})", frame.input.native(),
-                                         fathom::to_string(operation), cheapest.method, number(cheapest.error),
-                                         cheapest.scene));
+        job.said.push_back(fmt::format("{}: {} {}: error up to {} (in the scene {})", job.input.native(),
+                                       fathom::to_string(operation), cheapest.method, number(cheapest.error),
+                                       cheapest.scene));
+}
+
+// The picture whose image an option belongs to: that of a clean plate's depth.
+const Option* picture_of(const description::Operation& operation, const Option& option) {
+    for (const Option& other : operation.options)
+        if (other.kind == Kind::picture && std::ranges::count(option.needs, other.name) > 0)
+            return &other;
+    return nullptr;
+}
+
+// What a file of a result holds.
+Product product_of(const description::Operation& operation, const description::Result& result) {
+    if (result.content.of == Content::Of::light)
+        return {.extensions = {".exr", ".tif", ".pfm", ".npy", ".png", ".jpg", ".hdr"},
+                .channels = {"R", "G", "B", "A"},
+                .png_scale = 1,
+                .kind = ImageKind::color,
+                .layer = operation.layer};
+    Product product{.extensions = {".exr", ".tif", ".pfm", ".npy", ".png"},
+                    .channels = CLI::detail::split(result.content.channels, ' '),
+                    .layer = operation.layer};
+    if (result.content.of == Content::Of::fractions)
+        product.png_scale = 1;
+    if (result.content.of == Content::Of::directions)
+        product.png_scale = product.png_offset = 0.5;
+    return product;
+}
+
+} // namespace
+
+OperationTask::OperationTask(const description::Operation& operation)
+    : operation_(operation), call_(operation.make(nullptr)) {
+    for (const Option& option : operation.options) {
+        if (option.kind == Kind::picture && option.required)
+            sharp_ = &option;
+        if (option.kind == Kind::lens)
+            circle_ = &option;
+        if (option.kind == Kind::color)
+            set(option, option.by_default.value());
+    }
+}
+
+void OperationTask::set(const Option& option, description::Value value) {
+    if (option.kind == Kind::color) { // a matrix is B, G, R
+        auto& color = std::get<std::array<double, 3>>(value);
+        std::swap(color[0], color[2]);
+    }
+    if (option.name == std::string_view("max_error"))
+        max_error_ = std::get<double>(value);
+    operation_.set(call_.get(), option, value);
+}
+
+Product OperationTask::product() const {
+    return product_of(operation_, operation_.results_of(call_.get(), {}).front());
+}
+
+void OperationTask::add_options(CLI::App& app) {
+    add_depth_options(app, *this, product());
+    if (sharp_)
+        add_picture_options(app, picture, sharp_->words);
+    add_images(app);
+    if (circle_)
+        add_lens_options(app, lens_, *circle_);
+    std::vector<Option> own = operation_.options;
+    std::erase_if(own, [](const Option& option) { return option.kind == Kind::lens; }); // which the lens stands for
+    add_described_options(
+        app, own, [this](const Option& option, const description::Value& value) { set(option, value); },
+        operation_.group);
+    add_described_options(app, repair_, operation_.repair, operation_.group);
+    for (const Option& option : operation_.options)
+        if (option.kind == Kind::result && !spelled(option).empty())
+            add_option(app, "Output", spelled(option).c_str(), "FILE", file_for(option),
+                       fmt::format("also write {}", option.words));
+    if (measured(operation_.name))
+        app.add_flag("--explain", explain_, "print on stderr what --max-error chose, and its error")
+            ->needs(app.get_option("--max-error"))
+            ->group(operation_.group);
+    camera.or_relative = circle_ != nullptr;
+}
+
+std::function<void(const std::string&)> OperationTask::file_for(const Option& option) {
+    return [this, name = spelled(option)](const std::string& file) { files_[name] = file; };
+}
+
+void OperationTask::add_images(CLI::App& app) {
+    for (const Option& option : operation_.options)
+        if (option.is_image() && &option != sharp_)
+            add_option(app, sharp_ ? "Picture" : "Input", spelled(option).c_str(),
+                       option.kind == Kind::picture ? "IMAGE" : "FILE", file_for(option),
+                       option.words +
+                           std::string(picture_of(operation_, option) ? " (default: that of its picture's file)" : ""));
+}
+
+void OperationTask::prepare() {
+    if (circle_)
+        complete(lens_, relative, camera);
+    for (const Option& option : operation_.options)
+        if (option.kind == Kind::result && has_file(spelled(option)))
+            operation_.set(call_.get(), option, true);
+    outputs = {{"-o", output, product()}};
+    for (const description::Result& result : operation_.results_of(call_.get(), {}))
+        if (const auto file = files_.find(spelled(result.name)); file != files_.end()) {
+            Product own = product_of(operation_, result);
+            if (!own.png_scale) // it has no --png-scale of its own
+                std::erase(own.extensions, ".png");
+            own.layer = "";
+            outputs.push_back({file->first, file->second, own});
+        }
+    if (has_picture()) {
+        companions.push_back({"--color", picture.source, picture.pixels});
+        made_of = 0;
+    }
+    for (const Option& option : operation_.options) {
+        if (!option.is_image() || &option == sharp_)
+            continue;
+        const Option* const of_picture = picture_of(operation_, option);
+        auto file = files_.find(spelled(option));
+        if (file == files_.end() && of_picture && option.kind == Kind::depth)
+            file = files_.find(spelled(*of_picture));
+        if (file == files_.end())
+            continue;
+        companions.push_back({spelled(option), file->second});
+        images_.push_back(&option);
+    }
+}
+
+DepthFile OperationTask::read_other_depth(const std::filesystem::path& file, const Job& job) const {
+    return read_depth(file, {.channel = channel,
+                             .packing = job.camera ? job.camera->packing : std::nullopt,
+                             .overscan = has_overscan(job.windows)});
+}
+
+Images OperationTask::read(const Job& job) const {
+    Images images;
+    std::size_t next = 0;
+    if (has_picture())
+        images.picture = picture_of(job.companions[next++], picture, job);
+    for (const Option* const option : images_) {
+        const std::filesystem::path& file = job.companions[next++];
+        if (option->kind == Kind::picture) {
+            images.clean_plate = picture_of(file, picture, job);
+            check_same_channels(file, images.clean_plate, images.picture, job);
+        } else if (option->kind == Kind::directions) {
+            images.normals = read_normals(file, {}, job.windows);
+            check_same_size(file, images.normals.size(), job);
+        } else if (option->kind == Kind::lengths) {
+            images.thickness = read_lengths(file, job);
+        } else {
+            const bool of_picture = !has_file(spelled(*option)); // whose file then holds it, too
+            try {
+                if (of_picture && list_channels(file).size() < 2) // which are the picture's
+                    throw Error(file.native() + ": holds a picture only");
+                images.other_depth = read_other_depth(file, job);
+            } catch (const Error& error) {
+                if (!of_picture)
+                    throw;
+                throw Error(
+                    fmt::format("{}; a picture whose file holds no depth needs {}", error.what(), spelled(*option)));
+            }
+            check_same_pixels(file, images.other_depth, job);
+        }
+    }
+    return images;
+}
+
+std::vector<std::string> OperationTask::doubts(const Job& job) const {
+    return made_of ? picture_doubts(picture, job) : std::vector<std::string>{};
+}
+
+std::vector<Made> OperationTask::make(const StoredDepth& stored, Job& job) {
+    if (max_error_ > 0)
+        explain_method(*measured(operation_.name), stored, job, max_error_, explain_);
+    const std::shared_ptr<void> call = operation_.make(call_.get());
+    Images images = job.images.get(); // read by the device until the results are there
+    change(images);
+    const Device& device = stored.image.device();
+    const auto set_image = [&](const Option& option, const description::Value& value) {
+        operation_.set(call.get(), option, value);
+    };
+    if (sharp_)
+        set_image(*sharp_, to_device(device, images.picture.color));
+    for (const Option* const option : images_)
+        if (option->kind == Kind::depth)
+            set_image(*option, StoredDepth{to_device(device, images.other_depth.values), stored.camera,
+                                           images.other_depth.storage});
+        else
+            set_image(*option, to_device(device, option->kind == Kind::picture      ? images.clean_plate.color
+                                                 : option->kind == Kind::directions ? images.normals
+                                                                                    : images.thickness));
+    if (circle_)
+        set_image(*circle_, circle_of(lens_, stored, job));
+    set_for_input(call.get(), stored, images, job);
+    return results(call.get(), operation_.repairs ? repaired(stored, repair_, lens_) : stored, job);
+}
+
+std::vector<Made> OperationTask::results(void* call, const StoredDepth& stored, const Job& job) const {
+    const std::vector<description::Result> described = operation_.results_of(call, stored);
+    std::vector<std::optional<FloatsOnHost>> made(described.size());
+    for (std::size_t i = 0; i < described.size(); ++i)
+        if (const Layout& layout = described[i].shape.layout; described[i].wanted)
+            *described[i].image =
+                made[i].emplace(stored.image.device(), cv::Size(layout.width, layout.height), layout.channels).image();
+    operation_.run(call, stored, {});
+    std::vector<Made> all;
+    for (std::size_t i = 0; i < described.size(); ++i) {
+        if (!made[i])
+            continue;
+        const bool has_directions = described[i].content.of == Content::Of::directions;
+        all.emplace_back(has_directions ? directions_for(job.outputs[all.size()], made[i]->mat()) : made[i]->mat());
+        if (described[i].content.of == Content::Of::light)
+            all.back().format = job.images.get().picture.format;
+    }
+    return all;
+}
+
+std::function<int()> configure_operation(CLI::App& app, const std::shared_ptr<OperationTask>& task) {
+    task->add_options(app);
+    return [task] {
+        task->prepare();
+        return each_depth(*task);
+    };
 }
 
 } // namespace fathom::cli

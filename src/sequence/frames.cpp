@@ -8,7 +8,10 @@
 #include <algorithm>
 #include <charconv>
 #include <cstdlib>
+#include <regex>
+#include <span>
 #include <stdexcept>
+#include <unordered_set>
 #include <utility>
 
 #include <fnmatch.h>
@@ -16,120 +19,55 @@
 namespace fathom::sequence {
 namespace {
 
-constexpr std::string_view ignored = " \t\n\v\f\r#@";
 constexpr const char* form = "write frames as in 1-240, 1-240x2 or 7, with commas between them";
 
-/// A place in a text.
-class Cursor {
-public:
-    explicit Cursor(std::string_view text) : text_(text) { skip(); }
-
-    bool at_end() const { return at_ == text_.size(); }
-    bool sees(char c) const { return !at_end() && text_[at_] == c; }
-    std::size_t place() const { return at_; }
-
-    bool take(char c) {
-        if (!sees(c))
-            return false;
-        ++at_;
-        skip();
-        return true;
-    }
-
-    Frame number() {
-        const bool negative = take('-');
-        const std::size_t first = at_;
-        Frame value = 0;
-        for (; !at_end() && text_[at_] >= '0' && text_[at_] <= '9'; ++at_) {
-            value = 10 * value + (text_[at_] - '0');
-            if (value > largest_frame)
-                refuse(first, text("a number of more than ", most_figures, " figures; shorten it"));
-        }
-        if (at_ == first)
-            refuse(first, text("a whole number is missing; ", form));
-        skip();
-        return negative ? -value : value;
-    }
-
-    [[noreturn]] void refuse(std::size_t place, const std::string& what) const {
-        const std::string where =
-            place < text_.size() ? text("character ", place + 1, " ('", text_[place], "')") : std::string("its end");
-        throw std::invalid_argument(text("'", text_, "': at ", where, ": ", what));
-    }
-    [[noreturn]] void refuse_unknown() const { refuse(at_, text("cannot be read here; ", form)); }
-
-private:
-    void skip() { at_ = std::min(text_.find_first_not_of(ignored, at_), text_.size()); }
-
-    std::string_view text_;
-    std::size_t at_ = 0;
-};
-
-void check_count(const Cursor& cursor, std::size_t place, std::size_t there, Frame more, std::size_t most) {
-    if (more > static_cast<Frame>(most - there))
-        cursor.refuse(place, text("more than ", most, " frames; take fewer at a time"));
+// FIRST, FIRST-LAST, or the latter and x and a number, with blanks, # and @ between these.
+const std::regex& part_form() {
+    const std::string i = "[\\s#@]*", number = "(-?" + i + "\\d+)" + i;
+    static const std::regex part(i + number + "(?:-" + i + number + "(?:x" + i + number + ")?)?");
+    return part;
 }
 
-// FIRST, FIRST-LAST, or the latter and x and a number: frames from one to another, both included, in steps of either sign.
-void append_part(std::vector<Frame>& frames, Cursor& cursor, std::size_t most) {
-    const std::size_t place = cursor.place();
-    const Frame first = cursor.number();
-    const bool is_range = cursor.take('-'); // a single frame has no step
-    const Frame last = is_range ? cursor.number() : first;
-    const bool has_step = is_range && cursor.take('x');
-    const std::size_t step_place = cursor.place();
-    const Frame signed_step = has_step ? cursor.number() : 1;
-    if (signed_step == 0 || (signed_step < 0 && last > first))
-        cursor.refuse(step_place, "a step must be above 0");
-    const Frame step = std::abs(signed_step), count = std::abs(last - first) / step + 1;
-    check_count(cursor, place, frames.size(), count, most);
-    for (Frame i = 0; i < count; ++i)
-        frames.push_back(first + (last < first ? -i : i) * step);
-}
-
-std::vector<Frame> without_repeats(const std::vector<Frame>& frames) {
-    std::vector<std::pair<Frame, std::size_t>> sorted(frames.size());
-    for (std::size_t i = 0; i < frames.size(); ++i)
-        sorted[i] = {frames[i], i};
-    std::ranges::sort(sorted);
-    const auto same_frame = [](const auto& a, const auto& b) { return a.first == b.first; };
-    sorted.erase(std::unique(sorted.begin(), sorted.end(), same_frame), sorted.end());
-    std::ranges::sort(sorted, {}, &std::pair<Frame, std::size_t>::second);
-    std::vector<Frame> once(sorted.size());
-    std::ranges::transform(sorted, once.begin(), &std::pair<Frame, std::size_t>::first);
-    return once;
+Frame number_of(std::string text) {
+    std::erase_if(text, [](char c) { return c != '-' && (c < '0' || c > '9'); });
+    Frame value = largest_frame + 1; // where it has more figures than any number
+    std::from_chars(text.data(), text.data() + text.size(), value);
+    return value;
 }
 
 } // namespace
 
 std::vector<Frame> parse_frames(std::string_view range, std::size_t most) {
-    Cursor cursor(range);
+    constexpr std::size_t longest = 200; // of a part
+    const auto refuse = [&](const std::string& why) { throw std::invalid_argument(text("'", range, "': ", why)); };
     std::vector<Frame> frames;
-    std::size_t parts = 0;
-    do {
-        if (cursor.at_end() || cursor.sees(',')) // fileseq leaves out what is empty
+    for (std::size_t begin = 0, end = 0; begin < range.size(); begin = end + 1) {
+        end = std::min(range.find(',', begin), range.size());
+        const std::string part(range.substr(begin, end - begin));
+        if (part.find_first_not_of(" \t\n\v\f\r#@") == std::string::npos) // fileseq leaves out what is empty
             continue;
-        append_part(frames, cursor, most);
-        ++parts;
-    } while (cursor.take(','));
-    if (!cursor.at_end())
-        cursor.refuse_unknown();
-    if (frames.empty())
-        throw std::invalid_argument(text("'", range, "': names no frame; ", form));
-    return parts > 1 ? without_repeats(frames) : frames;
-}
-
-std::string in_words(std::span<const Frame> frames) {
-    std::string words;
-    for (std::size_t i = 0; i < frames.size();) {
-        std::size_t end = i + 1;
-        while (end < frames.size() && frames[end] == frames[end - 1] + 1)
-            ++end;
-        words += words.empty() ? "" : ", ";
-        words += end - i == 1 ? text(frames[i]) : text(frames[i], "-", frames[end - 1]);
-        i = end;
+        std::smatch found;
+        if (part.size() > longest || !std::regex_match(part, found, part_form()))
+            refuse(text("'", part, "' is no frames; ", form));
+        const Frame first = number_of(found[1]), last = found[2].matched ? number_of(found[2]) : first,
+                    signed_step = found[3].matched ? number_of(found[3]) : 1, step = std::abs(signed_step);
+        if (std::max({std::abs(first), std::abs(last), step}) > largest_frame)
+            refuse(text("'", part, "' has a number of more than ", most_figures, " figures; shorten it"));
+        if (step == 0 || (signed_step < 0 && last > first))
+            refuse(text("'", part, "': a step must be above 0"));
+        const Frame count = std::abs(last - first) / step + 1;
+        if (count > static_cast<Frame>(most - frames.size()))
+            refuse(text("more than ", most, " frames; take fewer at a time"));
+        for (Frame i = 0; i < count; ++i)
+            frames.push_back(first + (last < first ? -i : i) * step);
     }
-    return words;
+    if (frames.empty())
+        refuse(text("names no frame; ", form));
+    if (range.find(',') != std::string_view::npos) {
+        std::unordered_set<Frame> seen;
+        std::erase_if(frames, [&](Frame frame) { return !seen.insert(frame).second; });
+    }
+    return frames;
 }
 
 namespace {
@@ -286,50 +224,6 @@ std::optional<Frame> FramePattern::frame(std::string_view name) const {
     return matches(name, 0, frame) ? frame : std::nullopt;
 }
 
-std::vector<FramePattern> FramePattern::parts() const {
-    std::vector<FramePattern> parts;
-    for (std::size_t begin = 0, end = 0; begin <= text_.size(); begin = end + 1) {
-        end = std::min(text_.find('/', begin), text_.size());
-        FramePattern part;
-        part.text_ = text_.substr(begin, end - begin);
-        for (const Token& token : tokens_)
-            if (token.begin >= begin && token.end <= end)
-                part.tokens_.push_back({token.begin - begin, token.end - begin, token.figures});
-        if (!part.text_.empty())
-            parts.push_back(part);
-    }
-    return parts;
-}
-
-// The files below a folder whose path goes on with these parts.
-void FramePattern::collect(const fs::path& folder, std::span<const FramePattern> parts, std::optional<Frame> frame,
-                           std::map<Frame, std::string>& found) {
-    if (parts.empty()) {
-        if (frame && !io::is_folder(folder))
-            found.emplace(*frame, folder.native());
-        return;
-    }
-    const FramePattern& part = parts.front();
-    if (part.tokens_.empty() || frame) {
-        const fs::path next = folder / (frame ? part.name(*frame) : part.text_);
-        if (io::is_there(next))
-            collect(next, parts.subspan(1), frame, found);
-        return;
-    }
-    for (const std::string& name : io::names_in(folder.empty() ? fs::path(".") : folder)) {
-        if (const auto number = part.frame(name))
-            collect(folder / name, parts.subspan(1), number, found);
-    }
-}
-
-std::map<Frame, std::string> FramePattern::files() const {
-    std::map<Frame, std::string> there, found;
-    collect(text_.starts_with('/') ? "/" : "", parts(), std::nullopt, there);
-    for (const auto& each : there) // as the pattern writes it: a//b stays a//b
-        found.emplace(each.first, name(each.first));
-    return found;
-}
-
 namespace {
 
 // The files below a folder whose path goes on with these parts. glob() would leave out what a disk does not answer for.
@@ -359,6 +253,28 @@ std::vector<std::string> matching_files(const std::string& pattern) {
     collect_matching({}, parts, files);
     std::ranges::sort(files);
     return files;
+}
+
+std::map<Frame, std::string> FramePattern::files() const {
+    FramePattern plain = *this; // as files are found: a//b is a/b
+    for (std::size_t at; (at = plain.text_.find("//")) != std::string::npos;) {
+        plain.text_.erase(at, 1);
+        for (Token& token : plain.tokens_)
+            if (token.begin > at)
+                token = {token.begin - 1, token.end - 1, token.figures};
+    }
+    std::string glob; // which all names match, and others
+    for (std::size_t i = 0; i <= tokens_.size(); ++i) {
+        std::string between = plain.literal(i);
+        std::ranges::replace_if(
+            between, [](char c) { return c == '*' || c == '[' || c == '\\'; }, '?');
+        glob += (i > 0 ? "*" : "") + between;
+    }
+    std::map<Frame, std::string> found;
+    for (const std::string& file : matching_files(glob))
+        if (const auto frame = plain.frame(file))
+            found.emplace(*frame, name(*frame));
+    return found;
 }
 
 std::vector<std::string> depth_files_in(const fs::path& folder) {

@@ -5,7 +5,6 @@
 #include <filesystem>
 #include <map>
 #include <optional>
-#include <span>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -20,19 +19,15 @@ inline constexpr Frame largest_frame = 999'999'999'999; ///< of either sign
 inline constexpr int most_figures = 12;                 ///< that it has
 inline constexpr std::size_t most_frames = 10'000'000;  ///< of a range, as in fileseq
 
-/// The frames that fileseq's FrameSet reads from a text, in its order and none twice: "1-10", "1-10x3" (every third),
-/// "1-10y3" (those that x3 leaves out), "1-10:3" (x3, then x2, then x1), "10-1" and "-5--1", with commas between them.
-/// Blanks, # and @ between these are ignored. Unlike fileseq it refuses parts of frames (1.5), numbers with a blank in
-/// them, and a range without frames.
-/// Throws: std::invalid_argument with the text, the place in it and what would be right; also for more frames than `most`.
+/// The frames that fileseq's FrameSet reads from a text, in its order and none twice: "1-10", "1-10x3" (every third), "10-1" and
+/// "-5--1", with commas between them. Blanks, # and @ between these are ignored. Unlike fileseq it refuses parts of frames (1.5),
+/// numbers with a blank in them, a range without frames, and what has y or a colon.
+/// Throws: std::invalid_argument with the text, the part of it and what would be right; also for more frames than `most`.
 std::vector<Frame> parse_frames(std::string_view text, std::size_t most = most_frames);
 
-/// Rising frames in a few words: "1-3, 7".
-std::string in_words(std::span<const Frame> frames);
-
-/// A name that stands for those of all frames: shot.%04d.exr, shot.####.exr or shot.@@@@.exr.
+/// A name that stands for those of all frames: shot.%04d.exr or shot.####.exr.
 /// %d and %04d may stand several times, in folders, too: all of them are the same number. Otherwise the last run of # in
-/// the file's own name is the frame, and otherwise its last run of @. Each # or @ is a figure (fileseq's PAD_STYLE_HASH1).
+/// the file's own name is the frame. Each # is a figure (fileseq's PAD_STYLE_HASH1).
 /// Numbers get zeros in front until they have that many figures, a minus among them, and keep those that they have beyond.
 class FramePattern {
 public:
@@ -69,9 +64,6 @@ private:
 
     std::string literal(std::size_t before) const; ///< the text between two tokens
     bool matches(std::string_view name, std::size_t token, std::optional<Frame>& frame) const;
-    std::vector<FramePattern> parts() const; ///< of the path; some have no token
-    static void collect(const std::filesystem::path& folder, std::span<const FramePattern> parts,
-                        std::optional<Frame> frame, std::map<Frame, std::string>& found);
 
     std::string text_;
     std::vector<Token> tokens_;

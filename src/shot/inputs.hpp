@@ -2,6 +2,7 @@
 
 #include "io/formats.hpp"
 #include "sequence/frames.hpp"
+#include "terminal/exit.hpp"
 
 #include <cstddef>
 #include <map>
@@ -9,12 +10,14 @@
 #include <string>
 #include <vector>
 
-namespace fathom::cli {
+/// A shot: which images it has, what a task makes of each, and what is said of it.
+namespace fathom::shot {
 
+using namespace terminal;
 using sequence::Frame;
 
 /// What becomes of a frame whose depth, or another file of its own, is not there.
-enum class Missing { error, skip, hold };
+enum class Missing { error, skip };
 
 /// A depth image to read.
 struct Input {
@@ -54,9 +57,6 @@ public:
     /// Is there more than a single file that was named itself?
     bool is_sequence() const;
 
-    /// The files of an input's sequence that are there, by their frames.
-    const std::map<Frame, std::string>& there(const Input& input) const { return there_[*input.source]; }
-
     /// Shots that inputs are frames of: their files, whichever frames were asked for, and the shot of each input.
     struct Shots {
         std::vector<std::map<Frame, std::string>> files;
@@ -78,4 +78,4 @@ private:
 /// The frame that a file's name holds.
 std::optional<Frame> frame_of(const std::string& file);
 
-} // namespace fathom::cli
+} // namespace fathom::shot

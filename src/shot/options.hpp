@@ -9,6 +9,7 @@
 #include <fathom/image.hpp>
 #include <fathom/import_camera.hpp>
 #include <fathom/io.hpp>
+#include <fathom/picture.hpp>
 #include <fathom/relative.hpp>
 
 #include <array>
@@ -21,7 +22,9 @@
 #include <string>
 #include <vector>
 
-namespace fathom::cli {
+namespace fathom::shot {
+
+using terminal::number;
 
 /// The camera of the images: a file of any format that Fathom reads, a source of depth by name, both, or the headers
 /// of the images.
@@ -42,9 +45,6 @@ struct CameraOption {
     /// Does each frame have a camera file of its own?
     bool is_pattern() const;
 
-    /// Has each input a camera of its own, in its header or in a file?
-    bool of_each_input() const { return of_headers() || is_pattern(); }
-
     /// The camera file of one input. Throws: UsageError where a pattern needs a frame that the input's name does not hold.
     std::string file_for(const Input& input) const;
 
@@ -52,14 +52,12 @@ struct CameraOption {
     std::vector<std::filesystem::path> files_for(const Input& input) const;
 
     /// The camera of the first input that has one: refuses early what is wrong for all of them.
-    /// Throws: UsageError where there is no camera, and Error for a camera that cannot be used. `first_counts`: also where
-    /// the disk of an earlier input does not answer, which would have another input's camera stand for all.
-    ImportedCamera read() const; ///< of all inputs, the first of which counts
-    ImportedCamera read(std::vector<Input> depths, bool first_counts = false) const;
+    /// Throws: UsageError where there is no camera, and Error for a camera that cannot be used.
+    ImportedCamera read(std::vector<Input> depths) const;
 
     /// Calls `use` with the camera of the first input that has what it needs, for which it throws no UsageError. A camera that
     /// cannot be read is told when all inputs are planned, or when the turn of its own comes.
-    /// Throws: UsageError where there is no camera, and the first one of `use` where none has what it needs.
+    /// Throws: the first UsageError of `use` where none has what it needs.
     void first_for(const std::function<void(const ImportedCamera&)>& use) const;
 
     /// The camera of one input, whose values are stored like this.
@@ -117,35 +115,61 @@ struct Animation {
     std::function<void(const std::string&)> give; ///< gives the option a value
 };
 
-/// An option that was given, for records of what made a result.
-struct Given {
-    std::string option;
-    std::vector<std::string> values;
-    bool is_text = false; ///< or may values be numbers?
-};
-
 /// Depth without a unit, see fathom/relative.hpp.
 struct RelativeSource {
     std::optional<RelativeOrder> order; ///< none: the depth has a camera
     RelativeOptions options;
-    std::optional<std::size_t> picture; ///< which companion of an input gives the size
-    std::string color_layer;            ///< of that picture
+};
+
+/// What a file holds that an operation makes of a depth image.
+struct Product {
+    std::vector<std::string> extensions;  ///< types it can be written as, the default first
+    std::vector<std::string> channels;    ///< EXR names of its channels
+    std::optional<double> png_scale = {}; ///< of values that have a range; none: --png-scale must say it
+    double png_offset = 0;
+    ImageKind kind = ImageKind::values;
+    std::string layer = {}; ///< of appended channels whose names say too little
+};
+
+/// An image to write for each input.
+struct Output {
+    std::string option; ///< that says where: -o, --confidence
+    std::string target; ///< file, folder, or the pattern of the files of all frames
+    Product product;
+};
+
+/// An image to read with each input.
+struct Companion {
+    std::string option; ///< that says where: --normals
+    std::string source; ///< a file, a folder in which it is named like the input, or the pattern of those of all frames
+    const io::RawFormat* pixels = nullptr; ///< of a pipe's frames; none: it may be no pipe
+};
+
+/// The picture that an operation changes, or that belongs to its depth.
+struct PictureOptions {
+    std::string source, layer;
+    const io::RawFormat* pixels = &io::raw_formats[2]; ///< of a pipe: rgb24
+    std::optional<ColorEncoding> encoding;             ///< of the files; none: what their type says
 };
 
 /// What the program prints on stdout about its successes.
 enum class Report { line, json, nothing };
 
-/// What every operation on depth images takes.
+/// What every operation on depth images takes, the files that it reads and writes among it.
 struct DepthOptions {
     Inputs inputs;
+    std::vector<Companion> companions = {};  ///< the picture first, if there is one, and the mask of --ignore last
+    std::optional<std::size_t> made_of = {}; ///< which companion the results are made of, if not of the depth
+    std::vector<Output> outputs = {};        ///< that of -o first
     std::vector<Animation> animations;
     bool interpolate = false; ///< are frames between those of an animation filled?
     CameraOption camera;
     RelativeSource relative; ///< of commands that take it
+    PictureOptions picture;  ///< the same
     std::string output;
     std::string format; ///< extension of the results in a folder, with its dot; empty: .exr
     std::string channel;
-    std::string ignore;                         ///< the mask of pixels that do not count, as a companion; empty: none
+    std::string ignore;                         ///< the mask of pixels that do not count; empty: none
     std::optional<double> ignore_below;         ///< of its alpha or confidence; none: those do not count that are not 0
     std::optional<std::array<double, 2>> valid; ///< least and greatest distance along the axis of pixels that count
     std::optional<double> png_scale;
@@ -160,18 +184,8 @@ struct DepthOptions {
     bool resume = false; ///< are frames kept that are finished, and does a line beside them say what made them?
     std::string log;     ///< file that the run is told to; empty: none, "-": stdout
     std::string command; ///< its name
-    std::function<std::vector<Given>()> given =
-        {}; ///< what was asked for; called before an animated option has changed
+    /// What was asked for: options and their values. Called before an animated option has changed.
+    std::function<std::map<std::string, std::vector<std::string>>()> given = {};
 };
 
-/// What an operation makes of a depth image.
-struct Product {
-    std::vector<std::string> extensions;  ///< types it can be written as, the default first
-    std::vector<std::string> channels;    ///< EXR names of its channels
-    std::optional<double> png_scale = {}; ///< of values that have a range; none: --png-scale must say it
-    double png_offset = 0;
-    ImageKind kind = ImageKind::values;
-    std::string layer = {}; ///< of appended channels whose names say too little
-};
-
-} // namespace fathom::cli
+} // namespace fathom::shot

@@ -22,7 +22,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-namespace fathom::cli {
+namespace fathom::shot {
 namespace {
 
 constexpr const char* input_name = "standard input";
@@ -123,8 +123,9 @@ struct Pipes::Source {
     }
 };
 
-Pipes::Pipes(const DepthOptions& options, const std::vector<Output>& outputs,
-             const std::vector<Companion>& companions) {
+Pipes::Pipes(const DepthOptions& options) {
+    const std::vector<Output>& outputs = options.outputs;
+    const std::vector<Companion>& companions = options.companions;
     const PipeOptions& pipes = options.inputs.pipes;
     const auto add = [&](const std::string& argument, const io::RawFormat& format, std::ptrdiff_t companion) {
         if (argument == standard_stream &&
@@ -158,7 +159,7 @@ Pipes::Pipes(const DepthOptions& options, const std::vector<Output>& outputs,
         if (outputs[i].target == standard_stream && i > 0)
             throw UsageError(outputs[i].option + ": only -o goes to standard output; give a file");
     if (stdout_named != outputs.end()) {
-        result_format(options, outputs.front(), companions);
+        result_format(options);
         if (isatty(STDOUT_FILENO))
             throw UsageError(
                 "-o -: standard output is a terminal, and raw pixels are nothing for it; send it to a file "
@@ -264,15 +265,14 @@ void Pipes::check_end(std::size_t expected) {
             fmt::format("{}: ends before the first frame; check the program that writes it", sources_.front()->name));
 }
 
-const io::RawFormat& result_format(const DepthOptions& options, const Output& output,
-                                   const std::vector<Companion>& companions) {
-    const Product& product = output.product;
+const io::RawFormat& result_format(const DepthOptions& options) {
+    const Product& product = options.outputs.front().product;
     const bool is_color = product.kind == ImageKind::color;
     const int channels = is_color ? 3 : static_cast<int>(product.channels.size());
     std::string name = options.format.empty() ? "" : options.format.substr(1);
     if (name.empty() && is_color) { // that of the picture
         name = "rgb24";
-        for (const Companion& companion : companions)
+        for (const Companion& companion : options.companions)
             if (companion.pixels && is_pipe(companion.source, options.inputs.pipes))
                 name = companion.pixels->name;
     } else if (name.empty()) {
@@ -293,19 +293,4 @@ const io::RawFormat& result_format(const DepthOptions& options, const Output& ou
                                  channels == 3 && !is_color ? "rgbf32le" : formats_in_words(channels)));
 }
 
-void write_to_stdout(std::span<const unsigned char> bytes) {
-    while (!bytes.empty()) {
-        const auto count = ::write(STDOUT_FILENO, bytes.data(), std::min<std::size_t>(bytes.size(), 1 << 30));
-        if (count < 0 && errno == EINTR)
-            continue;
-        if (count < 0 && errno == EPIPE) {
-            interrupt(SIGPIPE);
-            throw Interrupted{SIGPIPE};
-        }
-        if (count < 0)
-            throw Error(unwritable_output(errno));
-        bytes = bytes.subspan(static_cast<std::size_t>(count));
-    }
-}
-
-} // namespace fathom::cli
+} // namespace fathom::shot

@@ -16,7 +16,7 @@
 #include <vector>
 
 /// Pipes: raw frames of one size, one after the other without anything between them, as ffmpeg's rawvideo has them.
-namespace fathom::cli {
+namespace fathom::shot {
 
 /// A frame of a pipe as a file in memory, which is read like any other.
 class FrameFile {
@@ -45,7 +45,7 @@ private:
 class Pipes {
 public:
     /// Throws: UsageError for a pipe that is no place for what it stands for, and for frames of which nobody knows the size.
-    Pipes(const DepthOptions& options, const std::vector<Output>& outputs, const std::vector<Companion>& companions);
+    explicit Pipes(const DepthOptions& options);
     ~Pipes();
 
     bool any() const { return !sources_.empty(); }
@@ -83,10 +83,6 @@ private:
 
 /// How the result of -o - is written.
 /// Throws: UsageError for one that no format holds, or not the one that was asked for.
-const io::RawFormat& result_format(const DepthOptions& options, const Output& output,
-                                   const std::vector<Companion>& companions);
+const io::RawFormat& result_format(const DepthOptions& options);
 
-/// Throws: Interrupted where nobody reads it, and Error.
-void write_to_stdout(std::span<const unsigned char> bytes);
-
-} // namespace fathom::cli
+} // namespace fathom::shot

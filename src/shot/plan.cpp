@@ -1,4 +1,5 @@
-// Where results go. Everything that can be refused before the first file is read is refused here.
+// Which depth images the arguments stand for, and where results go. Everything that can be refused before the first file is read
+// is refused here.
 #include "plan.hpp"
 
 #include "camera_file/file.hpp"
@@ -25,7 +26,106 @@
 
 #include <sys/stat.h>
 
-namespace fathom::cli {
+namespace fathom::shot {
+
+using sequence::FramePattern;
+
+const std::vector<Input>& Inputs::all() const {
+    if (all_.empty())
+        for (const std::string& argument : arguments)
+            if (arguments.size() == 1 || !argument.ends_with(".fathom.json")) // of a shell's *: records of --resume
+                add(argument);
+    return all_;
+}
+
+bool Inputs::is_sequence() const {
+    return all().size() > 1 || !there_.empty() || is_piped();
+}
+
+Inputs::Shots Inputs::shots() const {
+    using Alike = std::pair<std::optional<std::size_t>, std::string>; // the source, and the names
+    std::map<Alike, std::vector<std::size_t>> found;
+    for (std::size_t i = 0; i < all().size(); ++i) {
+        const auto& [file, frame, source] = all()[i];
+        const bool is_of_one = source && !there_[*source].empty();
+        const auto pattern = is_of_one ? std::nullopt : FramePattern::of(file);
+        found[{source, is_of_one ? "" : pattern ? pattern->first.beside_number() : file}].push_back(i);
+    }
+    Shots shots{{}, std::vector<std::optional<std::size_t>>(all().size())};
+    for (const auto& [alike, inputs] : found) {
+        const std::optional<std::size_t> source = alike.first;
+        std::map<Frame, std::string> files = source ? there_[*source] : std::map<Frame, std::string>{};
+        if (files.empty() && inputs.size() > 1) {
+            std::vector<std::string> names;
+            for (const std::size_t i : inputs)
+                names.push_back(all_[i].file);
+            if (const auto common = FramePattern::common(names))
+                files = source ? common->second : common->first.files();
+        }
+        if (files.size() < 2)
+            continue;
+        for (const std::size_t i : inputs)
+            shots.of_inputs[i] = shots.files.size();
+        shots.files.push_back(std::move(files));
+    }
+    return shots;
+}
+
+void Inputs::add(const std::string& argument) const {
+    if (io::is_folder(argument)) {
+        add_files(argument, sequence::depth_files_in(argument));
+    } else if (const auto pattern = FramePattern::in(argument); pattern && !io::is_there(argument)) {
+        const std::map<Frame, std::string> files = pattern->files();
+        if (files.empty())
+            throw Error(argument + ": no frame of this name is there; check the folder, and how many figures the "
+                                   "numbers have (%04d and #### mean four)");
+        add_sequence(*pattern, files);
+    } else if (sequence::has_glob(argument) && !io::is_there(argument)) {
+        add_files(argument, sequence::matching_files(argument));
+    } else if (is_pipe(argument, pipes)) {
+        if (frames || arguments.size() > 1)
+            throw UsageError(frames ? "--frames: a pipe has the frames that come, from 1 on; leave it out"
+                                    : argument + ": is a pipe, beside which there can be no other depth");
+        all_.push_back({argument, 1});
+    } else {
+        if (frames)
+            throw UsageError(fmt::format("--frames: chooses from a sequence, and {} is a file; give the name of all "
+                                         "frames, as in shot.####.exr, between quotation marks",
+                                         argument));
+        all_.push_back({argument, frame_of(argument)});
+    }
+}
+
+void Inputs::add_files(const std::string& argument, const std::vector<std::string>& files) const {
+    if (files.empty())
+        throw Error(argument + ": stands for no image; check the name");
+    const auto common = FramePattern::common(files);
+    if (frames && !common)
+        throw UsageError(fmt::format("--frames: {} holds more than one sequence; give the name of one, as in "
+                                     "shot.####.exr",
+                                     argument));
+    if (common)
+        return add_sequence(common->first, common->second);
+    for (const std::string& file : files)
+        all_.push_back({file, frame_of(file), there_.size()});
+    there_.emplace_back();
+}
+
+void Inputs::add_sequence(const FramePattern& pattern, const std::map<Frame, std::string>& files) const {
+    if (frames)
+        for (const Frame frame : *frames)
+            all_.push_back({pattern.name(frame), frame, there_.size()});
+    else
+        for (const auto& [frame, file] : files)
+            all_.push_back({file, frame, there_.size()});
+    there_.push_back(files);
+}
+
+std::optional<Frame> frame_of(const std::string& file) {
+    const auto pattern = FramePattern::of(file);
+    return pattern ? std::optional(pattern->second) : std::nullopt;
+}
+
 namespace {
 
 namespace fs = std::filesystem;
@@ -126,44 +226,24 @@ fs::path place(const DepthOptions& options, const Output& output, const Input& i
 }
 
 // What is read for an input.
-void find_files(const DepthOptions& options, const std::vector<Companion>& companions, const Input& input, Job& job) {
+void find_files(const DepthOptions& options, const Input& input, Job& job) {
     job.input = input.file;
     job.companions.clear();
-    for (const Companion& companion : companions)
+    for (const Companion& companion : options.companions)
         job.companions.push_back(companion_of(options, companion, input));
-    if (options.camera.is_pattern())
-        job.camera_file = options.camera.file_for(input);
+    job.camera_name = options.camera.of_headers()   ? input.file
+                      : options.camera.file.empty() ? options.camera.name()
+                                                    : options.camera.file_for(input);
 }
 
 // The first of these files that is not there; empty: all are.
-fs::path first_missing(const Job& job) {
-    if (!io::is_there(job.input))
-        return job.input;
-    for (const fs::path& companion : job.companions)
-        if (companion != standard_stream && !io::is_there(companion))
-            return companion;
-    return job.camera_file.empty() || io::is_there(job.camera_file) ? fs::path() : job.camera_file;
-}
-
-// Takes the files of the nearest earlier frame that has them all. `incomplete`: frames that do not, of the same sequence.
-void hold_earlier(const DepthOptions& options, const std::vector<Companion>& companions, const Input& input,
-                  std::set<Frame>& incomplete, Job& job) {
-    const std::map<Frame, std::string>& there = options.inputs.there(input);
-    for (auto earlier = std::make_reverse_iterator(there.lower_bound(*input.frame)); earlier != there.rend();
-         ++earlier) {
-        const auto& [frame, file] = *earlier;
-        if (incomplete.contains(frame))
-            continue;
-        Job candidate = job;
-        find_files(options, companions, {.file = file, .frame = frame}, candidate);
-        if (first_missing(candidate).empty()) {
-            job = candidate;
-            job.held = frame;
-            job.missing.clear();
-            return;
-        }
-        incomplete.insert(frame);
-    }
+fs::path first_missing(const DepthOptions& options, const Job& job) {
+    std::vector<fs::path> files{job.input};
+    std::ranges::remove_copy(job.companions, std::back_inserter(files), standard_stream);
+    if (options.camera.is_pattern())
+        files.push_back(job.camera_name);
+    const auto missing = std::ranges::find_if(files, [](const fs::path& file) { return !io::is_there(file); });
+    return missing == files.end() ? fs::path() : *missing;
 }
 
 // The numbers of a value, which commas separate; none if it holds something else.
@@ -187,21 +267,15 @@ std::string between(const Animation& animation, const Key& before, const Key& af
     if (before.second == after.second)
         return before.second;
     const std::vector<double> from = numbers_in(before.second), to = numbers_in(after.second);
-    const std::string where = fmt::format("{}: {} of frame {}, between {} and {}", animation.file, animation.option,
-                                          frame, before.first, after.first);
     if (from.empty() || from.size() != to.size())
-        throw Error(fmt::format("{}: nothing lies between '{}' and '{}'; give the frame a line", where, before.second,
-                                after.second));
+        throw Error(fmt::format("{}: {} of frame {}: nothing lies between '{}' and '{}'; give the frame a line",
+                                animation.file, animation.option, frame, before.second, after.second));
     const double part = static_cast<double>(frame - before.first) / static_cast<double>(after.first - before.first);
     std::vector<double> values(from.size());
     std::ranges::transform(from, to, values.begin(), [=](double a, double b) { return std::lerp(a, b, part); });
-    std::string value = fmt::format("{}", fmt::join(values, ","));
-    try {
-        animation.give(value);
-    } catch (const std::runtime_error& refused) {
-        throw Error(fmt::format("{}: {}; give the frame a line", where, refused.what()));
-    }
-    animation.give(animation.values.begin()->second); // which stays until the first frame says otherwise
+    const std::string value = fmt::format("{}", fmt::join(values, ","));
+    animation.give(value); // which the option may refuse, such as one that takes whole numbers
+    animation.give(animation.values.begin()->second); // until the first frame says otherwise
     return value;
 }
 
@@ -216,18 +290,23 @@ std::string value_for(const Animation& animation, const Input& input, bool inter
         return next->second;
     if (interpolate && next != values.begin() && next != values.end())
         return between(animation, *std::prev(next), *next, *input.frame);
-    throw Error(fmt::format(
-        "{}: has no {} for frame {} ({}); {}", animation.file, animation.option, *input.frame, input.file,
-        interpolate                                      ? "--interpolate fills between its lines only"
-        : next == values.begin() || next == values.end() ? "give every frame a line"
-                                                         : "give every frame a line, or let --interpolate fill it"));
+    throw Error(fmt::format("{}: has no {} for frame {} ({}); give every frame a line, or let --interpolate fill those "
+                            "between two",
+                            animation.file, animation.option, *input.frame, input.file));
 }
 
-void refuse_replacing(const DepthOptions& options, const std::vector<Job>& jobs) {
-    std::set<std::optional<Identity>> read{identity(options.camera.file)};
+void give_results(const DepthOptions& options, const Input& input, Job& job) {
+    for (const Animation& animation : options.animations)
+        job.values.push_back(value_for(animation, input, options.interpolate));
+    for (const Output& output : options.outputs)
+        job.outputs.push_back(place(options, output, input));
+}
+
+void refuse_replacing(const std::vector<Job>& jobs) {
+    std::set<std::optional<Identity>> read;
     for (const Job& job : jobs) {
         read.insert(identity(job.input));
-        read.insert(identity(job.camera_file));
+        read.insert(identity(job.camera_name));
         for (const fs::path& companion : job.companions)
             read.insert(identity(companion));
     }
@@ -235,6 +314,14 @@ void refuse_replacing(const DepthOptions& options, const std::vector<Job>& jobs)
         for (const fs::path& output : job.outputs)
             if (const auto old = identity(output); old && read.contains(old))
                 throw UsageError(output.native() + ": is one of the files to read; write elsewhere");
+}
+
+// The image in a folder that is named like this input, with any extension that images have; none if there is none.
+fs::path image_like(const fs::path& folder, const fs::path& input) {
+    for (const char* extension : {".exr", ".tif", ".tiff", ".pfm", ".npy", ".png", ".jpg", ".jpeg", ".hdr"})
+        if (fs::path file = folder / input.stem().concat(extension); io::is_there(file))
+            return file;
+    return {};
 }
 
 } // namespace
@@ -247,13 +334,6 @@ std::vector<fs::path> Job::others() const {
 
 bool has_overscan(const Windows& windows) {
     return windows.data != cv::Rect({0, 0}, windows.display);
-}
-
-fs::path image_like(const fs::path& folder, const fs::path& input) {
-    for (const char* extension : {".exr", ".tif", ".tiff", ".pfm", ".npy", ".png", ".jpg", ".jpeg", ".hdr"})
-        if (fs::path file = folder / input.stem().concat(extension); io::is_there(file))
-            return file;
-    return {};
 }
 
 fs::path companion_of(const DepthOptions& options, const Companion& companion, const Input& input) {
@@ -278,53 +358,41 @@ fs::path companion_of(const DepthOptions& options, const Companion& companion, c
     return file.empty() ? fs::path(companion.source) / fs::path(input.file).stem().concat(".exr") : file;
 }
 
-Job plan_frame(const DepthOptions& options, const std::vector<Output>& outputs,
-               const std::vector<Companion>& companions, Frame frame) {
+Job plan_frame(const DepthOptions& options, Frame frame) {
     const Input input{options.inputs.arguments.front(), frame};
     Job job{.input = {}, .companions = {}, .outputs = {}, .frame = frame};
     job.in_sequence = true;
-    find_files(options, companions, input, job);
-    for (const Animation& animation : options.animations)
-        job.values.push_back(value_for(animation, input, options.interpolate));
-    for (const Output& output : outputs)
-        job.outputs.push_back(place(options, output, input));
+    find_files(options, input, job);
+    give_results(options, input, job);
     return job;
 }
 
-std::vector<Job> plan(const DepthOptions& options, const std::vector<Output>& outputs,
-                      const std::vector<Companion>& companions) {
-    for (const Output& output : outputs)
+std::vector<Job> plan(const DepthOptions& options) {
+    for (const Output& output : options.outputs)
         check_target(options, output);
     std::vector<Job> jobs;
     std::map<fs::path, std::string> taken;
     if (!options.log.empty())
         taken.emplace(io::whole_path(options.log), "--log");
-    std::map<std::size_t, std::set<Frame>> incomplete; // of each sequence
     for (const Input& input : options.inputs.all()) {
-        Job job{.input = {}, .companions = {}, .outputs = {}, .frame = input.frame};
+        Job& job = jobs.emplace_back(Job{.input = {}, .companions = {}, .outputs = {}, .frame = input.frame});
         job.in_sequence = input.source.has_value();
-        find_files(options, companions, input, job);
+        find_files(options, input, job);
         if (job.in_sequence && job.frame)
-            job.missing = first_missing(job);
-        if (!job.missing.empty() && options.inputs.missing == Missing::hold)
-            hold_earlier(options, companions, input, incomplete[*input.source], job);
-        if (!job.missing.empty()) {
-            job.left_out = options.inputs.missing == Missing::skip;
-            jobs.push_back(job);
+            job.missing = first_missing(options, job);
+        job.left_out = !job.missing.empty() && options.inputs.missing == Missing::skip;
+        if (!job.missing.empty())
             continue;
+        give_results(options, input, job);
+        for (std::size_t i = 0; i < job.outputs.size(); ++i) {
+            const bool is_only = options.outputs.size() == 1;
+            const std::string what = is_only ? input.file : options.outputs[i].option + " of " + input.file;
+            const auto [first, is_new] = taken.emplace(io::whole_path(job.outputs[i]), what);
+            if (!is_new && options.outputs[i].target != standard_stream)
+                throw UsageError(fmt::format("{}: would be written for {} and for {}; {}", job.outputs[i].native(),
+                                             first->second, what,
+                                             is_only ? "do them one by one" : "write one elsewhere"));
         }
-        for (const Animation& animation : options.animations)
-            job.values.push_back(value_for(animation, input, options.interpolate));
-        for (const Output& output : outputs) {
-            const fs::path file = place(options, output, input);
-            const std::string what = outputs.size() == 1 ? input.file : output.option + " of " + input.file;
-            const auto [first, is_new] = taken.emplace(io::whole_path(file), what);
-            if (!is_new && output.target != standard_stream)
-                throw UsageError(fmt::format("{}: would be written for {} and for {}; {}", file.native(), first->second,
-                                             what, outputs.size() == 1 ? "do them one by one" : "write one elsewhere"));
-            job.outputs.push_back(file);
-        }
-        jobs.push_back(job);
     }
     if (std::ranges::none_of(jobs, [](const Job& job) { return job.missing.empty(); }))
         throw Error(fmt::format("{}: is not there, and {}; check the name, the number of figures and --frames",
@@ -332,31 +400,18 @@ std::vector<Job> plan(const DepthOptions& options, const std::vector<Output>& ou
                                 jobs.size() == 1
                                     ? "no other frame was asked for"
                                     : fmt::format("none of the {} frames has all its files", jobs.size())));
-    refuse_replacing(options, jobs);
+    refuse_replacing(jobs);
     return jobs;
 }
 
-std::string missing_in_words(const DepthOptions& options, const Job& job) {
-    return fmt::format("{}: is not there, so that frame {} cannot be done; {}", job.missing.native(), *job.frame,
-                       options.inputs.missing == Missing::hold
-                           ? "--missing hold needs an earlier frame that has all its files"
-                           : "--missing skip leaves such frames out, --missing hold repeats the one before");
-}
-
-fs::path camera_name(const DepthOptions& options, const Job& job) {
-    if (options.camera.of_headers())
-        return job.input;
-    return job.camera_file.empty() ? fs::path(options.camera.name()) : job.camera_file;
-}
-
-void prepare_folders(const DepthOptions& options, const std::vector<Output>& outputs, const Job& job) {
-    for (std::size_t i = 0; i < outputs.size(); ++i) {
+void prepare_folders(const DepthOptions& options, const Job& job) {
+    for (std::size_t i = 0; i < options.outputs.size(); ++i) {
         const fs::path& file = job.outputs[i];
         const fs::path folder = file.parent_path();
         std::error_code error;
         if (folder.empty() || io::is_folder(folder))
             continue;
-        if (!is_folder(options, outputs[i]) && !pattern_of(options, outputs[i]))
+        if (!is_folder(options, options.outputs[i]) && !pattern_of(options, options.outputs[i]))
             throw Error(fmt::format("{}: its folder does not exist; create {} first", file.native(), folder.native()));
         fs::create_directories(folder, error);
         if (error)
@@ -364,4 +419,4 @@ void prepare_folders(const DepthOptions& options, const std::vector<Output>& out
     }
 }
 
-} // namespace fathom::cli
+} // namespace fathom::shot

@@ -4,50 +4,48 @@
 
 #include "camera_file/file.hpp"
 
+#include <fathom/picture.hpp>
+
+#include <opencv2/core/mat.hpp>
+
 #include <array>
 #include <filesystem>
+#include <future>
 #include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
-namespace fathom::cli {
+namespace fathom::shot {
 
-/// An image to write for each input.
-struct Output {
-    std::string option; ///< that says where: -o, --confidence
-    std::string target; ///< file, folder, or the pattern of the files of all frames
-    Product product;
-};
-
-/// An image to read with each input.
-struct Companion {
-    std::string option; ///< that says where: --normals
-    std::string source; ///< a file, a folder in which it is named like the input, or the pattern of those of all frames
-    const io::RawFormat* pixels = nullptr; ///< of a pipe's frames; none: it may be no pipe
+/// The images beside its depth that a command reads for an input. Each command reads its own of them.
+struct Images {
+    Picture picture = {}, clean_plate = {};
+    DepthFile other_depth{{}, Storage::float32, {}}; ///< of the same camera: the clean plate's, or where solids end
+    cv::Mat normals = {}, thickness = {};
 };
 
 class FrameFile;
 
-/// An input with the files that belong to it.
+/// An input on its way from its files to its results, with the files and images that belong to it.
 struct Job {
     std::filesystem::path input;
     std::vector<std::filesystem::path> companions;
     std::vector<std::filesystem::path> outputs;
-    std::filesystem::path camera_file = {}; ///< if each frame has its own
-    std::optional<Frame> frame = {};        ///< that the input's name holds
-    std::optional<Frame> held = {};         ///< the earlier frame whose input, companions and camera are read instead
-    std::vector<std::string> values = {};   ///< of the animated options, in their order
-    std::filesystem::path missing = {};     ///< a file without which the frame cannot be done; empty: it can
-    bool left_out = false;                  ///< because of it?
-    bool in_sequence = false;               ///< or is the input a file that was named itself?
+    std::filesystem::path camera_name = {};          ///< the file that its camera comes from, or "preset NAME"
+    std::optional<Frame> frame = {};                 ///< that the input's name holds
+    std::vector<std::string> values = {};            ///< of the animated options, in their order
+    std::filesystem::path missing = {};              ///< a file without which the frame cannot be done; empty: it can
+    bool left_out = false;                           ///< because of it?
+    bool in_sequence = false;                        ///< or is the input a file that was named itself?
     std::optional<std::array<double, 2>> range = {}; ///< of the relative floats of its shot
     Windows windows = {};                            ///< of the depth, once it is read
     std::string channel = {};                        ///< that it was read from, of an EXR
-    std::optional<CameraFile> own_camera =
-        {}; ///< if each input has its own, in its header or in a file; once it is read
+    std::optional<ImportedCamera> camera = {};       ///< once it is read; none of relative depth
 
     std::vector<std::shared_ptr<FrameFile>> frames = {}; ///< of pipes, whose paths stand in the place of files
+    std::shared_future<Images> images = {};              ///< get() throws what was wrong with them
+    std::vector<std::string> said = {}; ///< lines for stderr: warnings and explanations, in their order
 
     /// Words in which frames of pipes have names instead of paths.
     std::string shown(std::string words) const;
@@ -56,16 +54,13 @@ struct Job {
     std::vector<std::filesystem::path> others() const;
 
     /// The input, and the frame that its camera is of.
-    Input read_as() const { return {.file = input.native(), .frame = held ? held : frame}; }
+    Input read_as() const { return {.file = input.native(), .frame = frame}; }
 };
 
 /// Do the windows of an image differ?
 bool has_overscan(const Windows& windows);
 
 using io::extension_of; // as `Product::extensions` has it
-
-/// The image in a folder that is named like this input, with any extension that images have; none if there is none.
-std::filesystem::path image_like(const std::filesystem::path& folder, const std::filesystem::path& input);
 
 /// The file of an input's companion. If there is none, the name that it should have: reading that reports the missing file.
 /// Throws: UsageError where several inputs would share one, and where a pattern needs a frame that the input has not.
@@ -76,27 +71,18 @@ std::filesystem::path companion_of(const DepthOptions& options, const Companion&
 /// <folder>/<name of the input without its extension><format>. With several inputs, or a sequence, a name with a place for
 /// the frame is a pattern. Otherwise the target is the file to write. In a folder of companions the same name is looked for
 /// with the extensions that images have.
-/// A frame of a sequence is missing when its input is not there, or a companion or a camera file of its own. Where it is
-/// held, all of these are taken from the nearest earlier frame that has them all; results and animated values stay its own.
+/// A frame of a sequence is missing when its input is not there, or a companion or a camera file of its own.
 /// Throws: UsageError when two results would have the same name, when a result would replace a file that is read, when
 /// the extension is not one of the product's, when .png is asked for without a scale, when several inputs share a
 /// companion, or when a name has no number for a pattern. Error when no frame at all can be done, or an animated value is
 /// missing.
-std::vector<Job> plan(const DepthOptions& options, const std::vector<Output>& outputs,
-                      const std::vector<Companion>& companions = {});
+std::vector<Job> plan(const DepthOptions& options);
 
 /// The same for one frame of piped depth.
-Job plan_frame(const DepthOptions& options, const std::vector<Output>& outputs,
-               const std::vector<Companion>& companions, Frame frame);
-
-/// What to say of a job with a missing file.
-std::string missing_in_words(const DepthOptions& options, const Job& job);
-
-/// The file that an input's camera comes from, for messages.
-std::filesystem::path camera_name(const DepthOptions& options, const Job& job);
+Job plan_frame(const DepthOptions& options, Frame frame);
 
 /// Makes the folders of results whose targets are folders or patterns that are not there yet.
 /// Throws: Error when one cannot be made, or when a single file is to go into a folder that does not exist.
-void prepare_folders(const DepthOptions& options, const std::vector<Output>& outputs, const Job& job);
+void prepare_folders(const DepthOptions& options, const Job& job);
 
-} // namespace fathom::cli
+} // namespace fathom::shot

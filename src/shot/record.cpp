@@ -1,5 +1,5 @@
 // What makes a result, as one line of JSON.
-#include "record.hpp"
+#include "telling.hpp"
 
 #include "camera_file/file.hpp"
 #include "io/replace_files.hpp"
@@ -9,14 +9,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
-#include <cmath>
 #include <fstream>
 #include <iterator>
-#include <set>
-#include <sstream>
 
-namespace fathom::cli {
+namespace fathom::shot {
 namespace {
 
 using nlohmann::ordered_json;
@@ -26,89 +22,51 @@ constexpr const char* left_out[] = {"DEPTH",     "--output",  "--camera",  "--fo
                                     "--animate", "--device",  "--threads", "--memory", "--progress",   "--json",
                                     "--quiet",   "--explain", "--resume",  "--log",    "--interpolate"};
 
-std::optional<double> finite_number(std::string_view text) {
-    double value = 0;
-    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-    return error == std::errc() && end == text.data() + text.size() && std::isfinite(value) ? std::optional(value)
-                                                                                            : std::nullopt;
-}
-
-// Numbers as numbers, so that 0.5 and .50 are the same.
-ordered_json value_of(const std::string& text) {
-    ordered_json numbers = ordered_json::array();
-    std::istringstream parts(text);
-    for (std::string part; std::getline(parts, part, ',');) {
-        const auto number = finite_number(part);
-        if (!number)
-            return text;
-        numbers.push_back(*number);
-    }
-    return numbers.size() == 1 ? numbers.front() : numbers.empty() ? ordered_json(text) : numbers;
-}
-
 // Null where there is no file.
-ordered_json json_of(const std::optional<io::FileState>& state) {
+ordered_json state_of(const std::filesystem::path& file) {
+    const auto state = io::state_of(file);
     return state ? ordered_json{state->size, state->time} : ordered_json();
 }
 
-ordered_json state_of(const std::filesystem::path& file) {
-    return json_of(io::state_of(file));
-}
-
-ordered_json options_of(const std::vector<Given>& given, const std::set<std::string>& not_counted) {
-    ordered_json said = ordered_json::object();
-    for (const auto& [option, texts, is_text] : given) {
-        if (not_counted.contains(option))
-            continue;
-        ordered_json values = ordered_json::array();
-        for (const std::string& text : texts)
-            values.push_back(is_text ? ordered_json(text) : value_of(text)); // names may look like numbers
-        said[option] = values.size() == 1 ? values.front() : values;
-    }
-    return said;
+std::string line_of(ordered_json record, const std::vector<io::FileState>& results) {
+    for (const auto& [size, time] : results)
+        record["outputs"].push_back({size, time});
+    return record.dump(-1, ' ', true, ordered_json::error_handler_t::replace) + '\n';
 }
 
 } // namespace
 
-Records::Records(const DepthOptions& options, const std::vector<Output>& outputs,
-                 const std::vector<Companion>& companions, const Device& device)
-    : options_(options), outputs_(outputs), companions_(companions) {
-    std::set<std::string> not_counted(std::begin(left_out), std::end(left_out));
-    for (const Output& output : outputs)
-        not_counted.insert(output.option);
-    for (const Companion& companion : companions)
-        not_counted.insert(companion.option);
+Records::Records(const DepthOptions& options, const Device& device) : options_(options) {
+    auto counted = options.given();
+    for (const char* option : left_out)
+        counted.erase(option);
+    for (const Output& output : options.outputs)
+        counted.erase(output.option);
+    for (const Companion& companion : options.companions)
+        counted.erase(companion.option);
     for (const Animation& animation : options.animations)
-        not_counted.insert(animation.option);
+        counted.erase(animation.option);
     common_ = {{"fathom", FATHOM_VERSION},
                {"kernels", kernels_hash()},
                {"device", device_class(device)},
                {"command", options.command},
-               {"options", options_of(options.given(), not_counted)}};
+               {"options", counted}};
 }
 
-ordered_json Records::of(const Job& job, const std::string& camera) const {
-    ordered_json values = ordered_json::object(), inputs{{"depth", state_of(job.input)}};
-    for (std::size_t i = 0; i < job.values.size(); ++i)
-        values[options_.animations[i].option] = value_of(job.values[i]);
-    for (std::size_t i = 0; i < companions_.size(); ++i)
-        inputs[companions_[i].option] = state_of(job.companions[i]);
-    for (const std::filesystem::path& file : options_.camera.files_for(job.read_as()))
-        inputs["camera"].push_back(state_of(file));
-    if (!camera.empty()) // a file may hold many, and the name of the depth chooses one
-        inputs["camera used"] = io::digest(camera);
-    if (job.range)
-        values["range of the shot"] = *job.range;
+ordered_json Records::of(const Job& job) const {
     ordered_json record = common_;
-    record["values"] = values;
-    record["inputs"] = inputs;
+    record["inputs"]["depth"] = state_of(job.input);
+    for (std::size_t i = 0; i < job.values.size(); ++i)
+        record["values"][options_.animations[i].option] = job.values[i];
+    for (std::size_t i = 0; i < job.companions.size(); ++i)
+        record["inputs"][options_.companions[i].option] = state_of(job.companions[i]);
+    for (const std::filesystem::path& file : options_.camera.files_for(job.read_as()))
+        record["inputs"]["camera"].push_back(state_of(file));
+    if (job.camera) // a file may hold many, and the name of the depth chooses one
+        record["camera"] = io::digest(job.camera->text);
+    if (job.range)
+        record["range"] = *job.range;
     return record;
-}
-
-std::string Records::line_of(ordered_json record, const std::vector<io::FileState>& results) const {
-    for (std::size_t i = 0; i < outputs_.size(); ++i)
-        record["outputs"][outputs_[i].option] = json_of(results[i]);
-    return record.dump(-1, ' ', true, ordered_json::error_handler_t::replace) + '\n';
 }
 
 bool Records::is_finished(const ordered_json& record, const Job& job) const {
@@ -124,7 +82,7 @@ bool Records::is_finished(const ordered_json& record, const Job& job) const {
 }
 
 io::LastFile Records::file_of(const ordered_json& record, const Job& job) const {
-    return [=, this, file = record_of(job.outputs.front())](const std::vector<io::FileState>& results) {
+    return [record, file = record_of(job.outputs.front())](const std::vector<io::FileState>& results) {
         const std::string line = line_of(record, results);
         return io::NewFile{file, io::Bytes(line.begin(), line.end())};
     };
@@ -148,4 +106,4 @@ std::string kernels_hash() {
     return io::digest(all);
 }
 
-} // namespace fathom::cli
+} // namespace fathom::shot

@@ -1,5 +1,5 @@
 // Relative depth as it is read.
-#include "relative.hpp"
+#include "telling.hpp"
 
 #include "camera/photograph.hpp"
 #include "io/formats.hpp"
@@ -11,30 +11,27 @@
 #include <fathom/picture.hpp>
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <opencv2/core.hpp>
 
 #include <algorithm>
-#include <cmath>
 #include <map>
-#include <span>
 #include <stdexcept>
 #include <utility>
 
-namespace fathom::cli {
+namespace fathom::shot {
 
 namespace {
 
-using Range = std::optional<std::array<double, 2>>;
+using Ends = std::optional<std::array<double, 2>>;
 
 io::Ignored ignored_of(const DepthOptions& options, const std::filesystem::path& mask) {
     return [&options, mask](cv::Size size) { return io::ignored(mask, options.ignore_below, {{{0, 0}, size}, size}); };
 }
 
 // The range of the floats of all these files; none of integers, whose range is that of their bits.
-Range range_of(const std::map<Frame, std::string>& files, const DepthOptions& options) {
-    Range range;
+Ends range_of(const std::map<Frame, std::string>& files, const DepthOptions& options) {
+    Ends range;
     for (const auto& [frame, file] : files) {
         stop_if_interrupted();
         try {
@@ -42,22 +39,14 @@ Range range_of(const std::map<Frame, std::string>& files, const DepthOptions& op
                 options.ignore.empty()
                     ? io::Ignored()
                     : ignored_of(options, companion_of(options, {"--ignore", options.ignore}, {file, frame}));
-            const Range own = io::range_of_floats(file, options.channel, ignored);
+            const Ends own = io::range_of_floats(file, options.channel, ignored);
             if (!own)
                 return std::nullopt;
-            range = range ? Range({std::min((*range)[0], (*own)[0]), std::max((*range)[1], (*own)[1])}) : own;
+            range = range ? Ends({std::min((*range)[0], (*own)[0]), std::max((*range)[1], (*own)[1])}) : own;
         } catch (const Error&) { // is told when the turn of this file comes
         }
     }
     return range && (*range)[0] < (*range)[1] ? range : std::nullopt;
-}
-
-bool holds_floats(const std::string& file, const DepthOptions& options) {
-    try {
-        return io::range_of_floats(file, options.channel).has_value();
-    } catch (const Error&) { // is told when the turn of this file comes
-        return false;
-    }
 }
 
 // The number that `--relative-range` would be given.
@@ -68,37 +57,26 @@ double as_written(double value) {
 } // namespace
 
 std::vector<std::string> find_ranges(const DepthOptions& options, std::vector<Job>& jobs) {
+    if (!options.relative.order || options.relative.options.range)
+        return {};
     const Inputs::Shots shots = options.inputs.shots();
-    std::vector<Range> ranges;
+    std::vector<Ends> ranges;
     std::vector<std::string> said;
     for (const std::map<Frame, std::string>& files : shots.files) {
-        Range& range = ranges.emplace_back(range_of(files, options));
+        Ends& range = ranges.emplace_back(range_of(files, options));
         if (!range)
             continue;
         range = {as_written((*range)[0]), as_written((*range)[1])};
         said.push_back(fmt::format("{0} to {1}  values {2} to {3} become 0 to 1 (--relative-range {2},{3})",
                                    files.begin()->second, files.rbegin()->second, (*range)[0], (*range)[1]));
     }
-    std::vector<std::string> alone; // which may be frames, too
-    for (std::size_t i = 0; i < jobs.size(); ++i) {
+    for (std::size_t i = 0; i < jobs.size(); ++i)
         if (const auto shot = shots.of_inputs[i])
             jobs[i].range = ranges[*shot];
-        else if (jobs.size() > 1)
-            alone.push_back(jobs[i].input.native());
-    }
-    if (std::ranges::any_of(alone, [&](const std::string& file) { return holds_floats(file, options); }))
-        said.push_back(fmt::format(
-            "{}  0 to 1{} by its own range, since no other name is like {}; if {} of a shot, give it one range with "
-            "--relative-range A,B",
-            fmt::format("{}", fmt::join(std::span(alone).first(std::min<std::size_t>(alone.size(), 3)), ", ")) +
-                (alone.size() > 3 ? fmt::format(" and {} more", alone.size() - 3) : ""),
-            alone.size() == 1 ? "" : ", each", alone.size() == 1 ? "its" : "theirs",
-            alone.size() == 1 ? "it is a frame" : "they are frames"));
     return said;
 }
 
 RelativeDepth relative_depth(const DepthOptions& options, const Job& job) {
-    const RelativeSource& relative = options.relative;
     RelativeDepth result;
     result.input =
         io::read_relative_input(job.input, options.channel,
@@ -106,9 +84,9 @@ RelativeDepth relative_depth(const DepthOptions& options, const Job& job) {
     const cv::Mat stored = std::exchange(result.input.depth.values, {});
     const int bits = result.input.depth.bits;
     cv::Mat color;
-    if (relative.picture)
-        color = read_picture(job.companions[*relative.picture], {.layer = relative.color_layer, .encoding = {}}).color;
-    RelativeOptions read = relative.options;
+    if (options.made_of)
+        color = read_picture(job.companions[*options.made_of], {.layer = options.picture.layer, .encoding = {}}).color;
+    RelativeOptions read = options.relative.options;
     if (!read.range && bits == 32)
         read.range = job.range;
     const auto floats = [](const cv::Mat& image) {
@@ -134,4 +112,4 @@ std::string in_words(const io::RelativeInput& input) {
                        invalid_in_words(input.look.invalid, input.look.pixels));
 }
 
-} // namespace fathom::cli
+} // namespace fathom::shot

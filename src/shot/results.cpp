@@ -1,5 +1,5 @@
 // What is written of an input: its images, their files and what those cannot hold.
-#include "results.hpp"
+#include "each_depth.hpp"
 
 #include "camera/photograph.hpp"
 #include "camera_file/file.hpp"
@@ -10,10 +10,12 @@
 
 #include <fmt/format.h>
 
+#include <opencv2/core.hpp>
+
 #include <algorithm>
 #include <limits>
 
-namespace fathom::cli {
+namespace fathom::shot {
 namespace {
 
 // Names for channels among others: "linear" in front of Z, which a depth image has already.
@@ -49,21 +51,21 @@ bool is_exr(const std::filesystem::path& file) {
     return io::is_file(file) && !list_channels(file).empty();
 }
 
-std::optional<ExrSource> source_of(const More& more, const Job& job, const DepthFile& depth) {
-    if (more.picture && is_exr(job.companions[*more.picture])) {
-        const std::filesystem::path& file = job.companions[*more.picture];
-        return ExrSource{file, color_channels(file, more.color_layer).front(), job.windows};
+std::optional<ExrSource> source_of(const DepthOptions& options, const Job& job, const DepthFile& depth) {
+    if (options.made_of && is_exr(job.companions[*options.made_of])) {
+        const std::filesystem::path& file = job.companions[*options.made_of];
+        return ExrSource{file, color_channels(file, options.picture.layer).front(), job.windows};
     }
     if (depth.channel.empty())
         return std::nullopt;
     return ExrSource{job.input, depth.channel, depth.windows};
 }
 
-Windows result_windows(const More& more, const Job& job) {
-    if (!more.picture || !is_exr(job.companions[*more.picture]))
+Windows result_windows(const DepthOptions& options, const Job& job) {
+    if (!options.made_of || !is_exr(job.companions[*options.made_of]))
         return job.windows;
-    const std::filesystem::path& file = job.companions[*more.picture];
-    const Windows picture = io::exr_windows(file, color_channels(file, more.color_layer).front());
+    const std::filesystem::path& file = job.companions[*options.made_of];
+    const Windows picture = io::exr_windows(file, color_channels(file, options.picture.layer).front());
     const cv::Rect both = job.windows.data & picture.data;
     if (picture.display != job.windows.display)
         return job.windows;
@@ -84,11 +86,11 @@ void fit(cv::Mat& image, const Windows& windows, const std::filesystem::path& fi
     image = whole;
 }
 
-std::vector<ImageFile> files_of(const DepthOptions& options, const std::vector<Output>& outputs, const Job& job,
-                                const std::vector<Result>& results, const std::optional<ExrSource>& source) {
+std::vector<ImageFile> files_of(const DepthOptions& options, const Job& job, const std::vector<Made>& results,
+                                const std::optional<ExrSource>& source) {
     std::vector<ImageFile> images;
-    for (std::size_t i = 0; i < outputs.size(); ++i) {
-        const Product& product = outputs[i].product;
+    for (std::size_t i = 0; i < options.outputs.size(); ++i) {
+        const Product& product = options.outputs[i].product;
         const cv::Mat& image = results[i].image;
         WriteOptions how{.channels = channels_of(product, image),
                          .png_scale = product.png_scale ? product.png_scale : options.png_scale,
@@ -115,29 +117,22 @@ std::vector<ImageFile> files_of(const DepthOptions& options, const std::vector<O
     return images;
 }
 
-std::vector<std::string> png_doubts(const DepthOptions& options, const std::vector<Output>& outputs, const Job& job,
-                                    const std::vector<Result>& results) {
+std::vector<std::string> png_doubts(const DepthOptions& options, const Job& job, const std::vector<Made>& results) {
     constexpr double many_cut = 0.01, few_codes = 64;
     std::vector<std::string> said;
-    for (std::size_t i = 0; i < outputs.size() && options.png_scale; ++i) {
-        if (outputs[i].product.png_scale.value_or(*options.png_scale) != *options.png_scale ||
+    for (std::size_t i = 0; i < options.outputs.size() && options.png_scale; ++i) {
+        if (options.outputs[i].product.png_scale.value_or(*options.png_scale) != *options.png_scale ||
             extension_of(job.outputs[i]) != ".png" || results[i].format)
             continue;
-        const cv::Mat& image = results[i].image;
-        std::size_t values = 0, cut = 0;
-        float largest = 0;
-        for (int y = 0; y < image.rows; ++y) {
-            const auto* row = image.ptr<float>(y);
-            for (int x = 0; x < image.cols * image.channels(); ++x)
-                if (std::isfinite(row[x])) {
-                    ++values;
-                    cut += static_cast<double>(row[x]) * *options.png_scale > 1;
-                    largest = std::max(largest, row[x]);
-                }
-        }
-        const double codes = static_cast<double>(largest) * *options.png_scale * 65535;
-        const std::string cure =
-            fmt::format("--png-scale {:.2g} holds all up to {:.4g}", 0.99 / static_cast<double>(largest), largest);
+        const cv::Mat image = results[i].image.reshape(1);
+        const cv::Mat finite = cv::abs(image) < std::numeric_limits<double>::infinity();
+        const cv::Mat beyond = finite & (image > 1 / *options.png_scale);
+        double largest = 0;
+        cv::minMaxIdx(image, nullptr, &largest, nullptr, nullptr, finite);
+        const auto values = static_cast<std::size_t>(cv::countNonZero(finite)),
+                   cut = static_cast<std::size_t>(cv::countNonZero(beyond));
+        const double codes = largest * *options.png_scale * 65535;
+        const std::string cure = fmt::format("--png-scale {:.2g} holds all up to {:.4g}", 0.99 / largest, largest);
         if (static_cast<double>(cut) > many_cut * static_cast<double>(values))
             said.push_back(fmt::format("--png-scale {} cuts {} of the values off; {}", number(*options.png_scale),
                                        percent(cut, values), cure));
@@ -148,7 +143,7 @@ std::vector<std::string> png_doubts(const DepthOptions& options, const std::vect
     return said;
 }
 
-std::vector<std::string> metadata_doubts(const std::filesystem::path& file, const Result& result) {
+std::vector<std::string> metadata_doubts(const std::filesystem::path& file, const Made& result) {
     if (!result.format)
         return {};
     std::vector<std::string> said;
@@ -197,4 +192,4 @@ cv::Mat directions_for(const std::filesystem::path& file, cv::Mat directions) {
     return directions;
 }
 
-} // namespace fathom::cli
+} // namespace fathom::shot

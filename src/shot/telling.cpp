@@ -2,7 +2,7 @@
 // is opened to append to takes each write whole.
 #include "telling.hpp"
 
-#include "results.hpp"
+#include "each_depth.hpp"
 
 #include "camera_file/file.hpp"
 #include "io/replace_files.hpp"
@@ -18,16 +18,15 @@
 #include <algorithm>
 #include <chrono>
 #include <filesystem>
+#include <fstream>
 #include <new>
 #include <stdexcept>
 #include <string_view>
 #include <system_error>
 
-#include <fcntl.h>
-#include <sys/stat.h>
 #include <unistd.h>
 
-namespace fathom::cli {
+namespace fathom::shot {
 namespace {
 
 std::vector<std::string>& command_line() {
@@ -42,44 +41,25 @@ void remember_command_line(int argc, char** argv) {
 }
 
 RunLog::RunLog(const std::string& file) : file_(file) {
-    if (file.empty())
+    if (file.empty() || file == standard_stream)
         return;
-    if (file == "-") {
-        descriptor_ = ::fcntl(STDOUT_FILENO, F_DUPFD_CLOEXEC, 0);
-        return;
-    }
-    descriptor_ = ::open(file.c_str(), O_RDWR | O_CREAT | O_APPEND | O_CLOEXEC, 0666);
-    const int error = errno;
-    if (descriptor_ < 0 &&
-        (error == EACCES || error == ESPIPE || error == ENXIO)) // a file or pipe that is only written
-        descriptor_ = ::open(file.c_str(), O_WRONLY | O_APPEND | O_CLOEXEC);
-    if (descriptor_ < 0)
-        io::refuse_write(file, "the log cannot be written", error, "choose another file (--log)");
     constexpr std::string_view beginning = R"({"run":)"; // a full disk may have left a part of it
-    char found[beginning.size()];
-    struct stat status;
-    const bool answers = ::fstat(descriptor_, &status) == 0;
-    const bool regular = answers && S_ISREG(status.st_mode); // devices have no past
-    const ssize_t length = regular ? ::pread(descriptor_, found, sizeof found, 0) : 0;
-    if (!answers || length < 0) {
-        const int unread = errno;
-        ::close(std::exchange(descriptor_, -1));
-        io::refuse_read(file, unread);
+    if (std::error_code none; std::filesystem::is_regular_file(file, none)) {
+        std::string found(beginning.size(), '\0');
+        std::ifstream past(file, std::ios::binary);
+        past.read(found.data(), static_cast<std::streamsize>(found.size()));
+        if (!beginning.starts_with(std::string_view(found).substr(0, static_cast<std::size_t>(past.gcount()))))
+            io::refuse(file, "is no log, and is left as it is; choose another file (--log)");
+        past.clear();
+        past.seekg(-1, std::ios::end);
+        is_cut_ = past && past.get() != '\n';
     }
-    if (length > 0 && !beginning.starts_with({found, static_cast<std::size_t>(length)})) {
-        ::close(std::exchange(descriptor_, -1));
-        io::refuse(file, "is no log, and is left as it is; choose another file (--log)");
-    }
-}
-
-RunLog::~RunLog() {
-    if (descriptor_ >= 0)
-        ::close(descriptor_);
+    stream_.open(file, std::ios::binary | std::ios::app);
+    if (!stream_)
+        io::refuse_write(file, "the log cannot be written", errno, "choose another file (--log)");
 }
 
 void RunLog::begin(const nlohmann::ordered_json& more) {
-    if (descriptor_ < 0)
-        return;
     const auto now = std::chrono::time_point_cast<std::chrono::seconds>(std::chrono::system_clock::now());
     std::error_code none;
     nlohmann::ordered_json run{
@@ -87,31 +67,24 @@ void RunLog::begin(const nlohmann::ordered_json& more) {
         {"version", FATHOM_VERSION}, {"host", io::host_name()},
         {"process", ::getpid()},     {"started", fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(now))}};
     run.update(more);
-    // A full disk may have left a part of a line.
-    struct stat status;
-    char last = '\n';
-    if (::fstat(descriptor_, &status) == 0 && status.st_size > 0 &&
-        ::pread(descriptor_, &last, 1, status.st_size - 1) != 1)
-        last = '?'; // an empty line does no harm
-    if (last != '\n' && ::write(descriptor_, "\n", 1) != 1)
-        complete_ = false;
+    if (is_cut_)
+        stream_ << '\n';
     add({{"run", run}});
 }
 
 void RunLog::add(const nlohmann::ordered_json& line) {
-    if (descriptor_ < 0)
-        return;
-    const std::string text = line.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + '\n';
-    ssize_t written = 0;
-    do
-        written = ::write(descriptor_, text.data(), text.size());
-    while (written < 0 && errno == EINTR);
-    if (written == static_cast<ssize_t>(text.size()))
-        return;
-    const std::string why = io::reason(written < 0 ? errno : ENOSPC);
-    complain(file_ + ": the log cannot be written: " + why + "; it ends here, and the frames are done without it");
-    complete_ = false;
-    ::close(std::exchange(descriptor_, -1));
+    if (file_ == standard_stream) {
+        print_json(line);
+        flush_output();
+    } else if (stream_.is_open()) {
+        stream_ << line.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + '\n' << std::flush;
+        if (stream_)
+            return;
+        complain(file_ + ": the log cannot be written: " + io::reason(errno) +
+                 "; it ends here, and the frames are done without it");
+        complete_ = false;
+        stream_.close();
+    }
 }
 
 namespace {
@@ -123,21 +96,19 @@ std::string key_of(const std::string& option) {
     return key;
 }
 
-// The files of an input for --json and --log.
-nlohmann::ordered_json files_in_json(const std::vector<Output>& outputs, const Job& job) {
+// The files of an input for --json and --log, and its frame.
+nlohmann::ordered_json files_in_json(const DepthOptions& options, const Job& job, bool has_results) {
     nlohmann::ordered_json line{{"input", job.shown(job.input)}};
-    if (!job.outputs.empty())
+    if (has_results && !job.outputs.empty())
         line["output"] = job.outputs.front().native();
     if (job.in_sequence && job.frame)
         line["frame"] = *job.frame;
-    if (job.held)
-        line["held"] = *job.held;
-    for (std::size_t i = 1; i < job.outputs.size(); ++i)
-        line[key_of(outputs[i].option)] = job.outputs[i].native();
+    for (std::size_t i = 1; has_results && i < job.outputs.size(); ++i)
+        line[key_of(options.outputs[i].option)] = job.outputs[i].native();
     return line;
 }
 
-std::optional<PictureFormat> written_format(const Job& job, const Result& made) {
+std::optional<PictureFormat> written_format(const Job& job, const Made& made) {
     return made.format ? std::optional(format_for(job.outputs.front(), *made.format)) : std::nullopt;
 }
 
@@ -148,17 +119,18 @@ nlohmann::ordered_json times_in_json(const Times& times) {
             {"write_seconds", times.write}};
 }
 
-nlohmann::ordered_json result_in_json(const std::vector<Output>& outputs, const Work& work) {
+// What --json says of a frame that was done.
+nlohmann::ordered_json line_of(const DepthOptions& options, const Work& work) {
     const Job& job = work.frame;
-    nlohmann::ordered_json line = files_in_json(outputs, job);
+    nlohmann::ordered_json line = files_in_json(options, job, true);
     if (work.kept) {
         line["kept"] = true;
         return line;
     }
-    const Result& made = work.results.front();
+    const Made& made = work.results.front();
     line.update({{"width", made.size.width},
                  {"height", made.size.height},
-                 {"channels", channels_of(outputs.front().product, made.image)}});
+                 {"channels", channels_of(options.outputs.front().product, made.image)}});
     line.update(times_in_json(work.times));
     if (!work.held.channel.empty())
         line["depth_channel"] = work.held.channel;
@@ -172,39 +144,11 @@ nlohmann::ordered_json result_in_json(const std::vector<Output>& outputs, const 
     return line;
 }
 
-std::string result_in_words(const Work& work) {
-    const Job& job = work.frame;
-    std::string line;
-    for (const std::filesystem::path& file : job.outputs)
-        line += (line.empty() ? "" : ", ") + file.native();
-    if (work.kept)
-        return line + "  kept";
-    const Result& made = work.results.front();
-    const auto format = written_format(job, made);
-    const std::string picture = !format ? ""
-                                : format->bits == 32
-                                    ? "  linear floats"
-                                    : fmt::format("  {}, {} bits", to_string(format->encoding), format->bits);
-    const Held& depth = work.held;
-    const std::string channel = depth.channel.empty() ? "" : io::printable(depth.channel) + ": ";
-    const std::string held = job.held ? fmt::format("  frame {} held", *job.held) : "";
-    return fmt::format("{}  {} × {}{}  {}{}{}  {:.0f} ms", line, made.size.width, made.size.height, picture, channel,
-                       depth.words, held, work.times.whole() * 1e3);
-}
-
-void announce(Report report, const std::vector<Output>& outputs, const Work& work) {
-    if (report == Report::line)
-        fmt::print("{}\n", result_in_words(work));
-    if (report == Report::json)
-        print_json(result_in_json(outputs, work));
-    flush_output();
-}
-
-// The line of a frame in the log.
-nlohmann::ordered_json log_line(const std::vector<Output>& outputs, const Work& work, const std::string& error) {
+// The same for the log, which says more.
+nlohmann::ordered_json log_line(const DepthOptions& options, const Work& work, const std::string& error) {
     constexpr std::string_view warning = "warning: ";
     nlohmann::ordered_json line{{"status", !error.empty() ? "failed" : work.kept ? "kept" : "made"}};
-    line.update(error.empty() ? result_in_json(outputs, work) : files_in_json(outputs, work.frame));
+    line.update(error.empty() ? line_of(options, work) : files_in_json(options, work.frame, true));
     line.update(times_in_json(work.times));
     line.erase("kept");
     line["warnings"] = nlohmann::ordered_json::array();
@@ -213,64 +157,45 @@ nlohmann::ordered_json log_line(const std::vector<Output>& outputs, const Work& 
             line["warnings"].push_back(work.frame.shown(said.substr(warning.size())));
     if (!error.empty())
         line["error"] = error;
-    if (!work.read.camera.text.empty())
-        line["camera"] = nlohmann::ordered_json::parse(work.read.camera.text);
+    if (work.frame.camera)
+        line["camera"] = nlohmann::ordered_json::parse(work.frame.camera->text);
     return line;
+}
+
+std::string result_in_words(const Work& work) {
+    const Job& job = work.frame;
+    std::string line;
+    for (const std::filesystem::path& file : job.outputs)
+        line += (line.empty() ? "" : ", ") + file.native();
+    if (work.kept)
+        return line + "  kept";
+    const Made& made = work.results.front();
+    const auto format = written_format(job, made);
+    const std::string picture = !format ? ""
+                                : format->bits == 32
+                                    ? "  linear floats"
+                                    : fmt::format("  {}, {} bits", to_string(format->encoding), format->bits);
+    const Held& depth = work.held;
+    const std::string channel = depth.channel.empty() ? "" : io::printable(depth.channel) + ": ";
+    return fmt::format("{}  {} × {}{}  {}{}  {:.0f} ms", line, made.size.width, made.size.height, picture, channel,
+                       depth.words, work.times.whole() * 1e3);
 }
 
 // What went wrong with an input, in a line.
 std::string in_words(const std::exception_ptr& failure, const DepthOptions& options, const Job& job) {
     try {
         std::rethrow_exception(failure);
+    } catch (const NoDevice&) { // which fails for all inputs alike, and ends the run
+        throw;
     } catch (const std::bad_alloc&) {
         return about(job.input, "not enough memory for an image of this size; crop it or split it");
     } catch (const ImageTooLarge& error) {
         return about(job.input, error.what() + std::string("; crop it or split it"));
     } catch (const std::invalid_argument& error) { // a field of the camera
-        return about(options.relative.order ? job.input : camera_name(options, job), error.what(), {job.input});
+        return about(options.relative.order ? job.input : job.camera_name, error.what(), {job.input});
     } catch (const std::exception& error) {
         return about(job.input, error.what(), job.others());
     }
-}
-
-// What lacks a device fails for all inputs alike, and ends the run.
-void check_device(const std::exception_ptr& failure) {
-    try {
-        std::rethrow_exception(failure);
-    } catch (const NoDevice&) {
-        throw;
-    } catch (...) { // is the input's own
-    }
-}
-
-// A frame that is left out.
-void announce_left_out(Report report, const Job& job) {
-    if (report == Report::line)
-        fmt::print("frame {}  left out: {} is not there\n", *job.frame, job.missing.native());
-    if (report == Report::json)
-        print_json({{"frame", *job.frame}, {"missing", job.missing.native()}, {"skipped", true}});
-    flush_output();
-}
-
-// Does no frame have a place because this one has none? Folders that are not there yet are made in those that are.
-bool none_has_a_place(const std::exception_ptr& failure, const Job& job, const std::vector<Job>& jobs) {
-    const auto place = [](const std::filesystem::path& file) {
-        std::error_code ignored;
-        std::filesystem::path folder = file.parent_path();
-        while (folder.has_relative_path() && !std::filesystem::exists(folder, ignored))
-            folder = folder.parent_path();
-        return folder;
-    };
-    try {
-        if (failure)
-            std::rethrow_exception(failure);
-    } catch (const io::UnwritableFolder&) {
-        return std::ranges::all_of(jobs, [&](const Job& other) {
-            return std::ranges::equal(other.outputs, job.outputs, {}, place, place) || !other.missing.empty();
-        });
-    } catch (...) {
-    }
-    return false;
 }
 
 } // namespace
@@ -299,17 +224,14 @@ Report report_of(const DepthOptions& options) {
 void announce_failure(Report report, const Job& job, const std::string& error) {
     if (report != Report::json)
         return;
-    Job of_input = job;
-    of_input.outputs.clear(); // which are not there
-    nlohmann::ordered_json line = files_in_json({}, of_input);
+    nlohmann::ordered_json line = files_in_json({}, job, false);
     line["error"] = error;
     print_json(line);
     flush_output();
 }
 
-Telling::Telling(const DepthOptions& options, const std::vector<Output>& outputs, const std::vector<Job>& jobs,
-                 const Device& device)
-    : options_(options), outputs_(outputs), jobs_(jobs), said_(report_of(options)),
+Telling::Telling(const DepthOptions& options, const std::vector<Job>& jobs, const Device& device)
+    : options_(options), jobs_(jobs), said_(report_of(options)),
       count_(static_cast<std::size_t>(std::ranges::count(jobs, false, &Job::left_out))), log_(options.log),
       progress_(options.progress, options.inputs.is_piped() ? 0 : count_, said_ == Report::nothing) {
     log_.begin({{"kernels", kernels_hash()}, {"device", device_class(device)}, {"frames", jobs.size()}});
@@ -327,7 +249,11 @@ void Telling::tell_left_out(std::size_t end) {
         const Job& job = jobs_[told_];
         if (!job.left_out)
             continue;
-        announce_left_out(said_, job);
+        if (said_ == Report::line)
+            fmt::print("frame {}  left out: {} is not there\n", *job.frame, job.missing.native());
+        if (said_ == Report::json)
+            print_json({{"frame", *job.frame}, {"missing", job.missing.native()}, {"skipped", true}});
+        flush_output();
         log_.add({{"status", "left out"},
                   {"input", job.input.native()},
                   {"frame", *job.frame},
@@ -340,24 +266,22 @@ void Telling::tell(std::size_t index, const Work& work, const std::exception_ptr
     progress_.hide();
     tell_left_out(index);
     told_ = index + 1;
-    for (const std::string& said : work.frame.said)
+    for (const std::string& said : job.said)
         complain(job.shown(said));
     std::string error;
     if (failure) {
-        check_device(failure);
         error = job.shown(in_words(failure, options_, job));
-        const bool alike = none_has_a_place(failure, job, jobs_);
-        if (alike && jobs_.size() > 1)
-            error += "; no other frame has a place either";
-        if (!alike || !no_place_.exchange(true))
-            complain(error);
+        complain(error);
         announce_failure(said_, job, error);
-        failed_.push_back(job.held ? fmt::format("{} (for frame {})", job.input.native(), *job.frame)
-                                   : job.shown(job.input.native()));
+        failed_.push_back(job.shown(job.input.native()));
     } else {
-        announce(said_, outputs_, work);
+        if (said_ == Report::line)
+            fmt::print("{}\n", result_in_words(work));
+        if (said_ == Report::json)
+            print_json(line_of(options_, work));
+        flush_output();
     }
-    log_.add(log_line(outputs_, work, error));
+    log_.add(log_line(options_, work, error));
     progress_.advance();
 }
 
@@ -365,7 +289,7 @@ void Telling::tell(std::size_t index, const Work& work, const std::exception_ptr
 void Telling::sum_up() {
     constexpr std::size_t most = 10;
     progress_.hide();
-    if (failed_.empty() || count_ == 1 || no_place_)
+    if (failed_.empty() || count_ == 1)
         return;
     const std::size_t named = std::min(most, failed_.size()), more = failed_.size() - named;
     complain(fmt::format("{} of {} inputs failed: {}{}", failed_.size(), count_,
@@ -374,9 +298,8 @@ void Telling::sum_up() {
 }
 
 bool Telling::finish() {
-    if (!no_place_)
-        tell_left_out(jobs_.size());
+    tell_left_out(jobs_.size());
     return failed_.empty() && log_.complete();
 }
 
-} // namespace fathom::cli
+} // namespace fathom::shot

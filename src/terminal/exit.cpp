@@ -10,7 +10,7 @@
 
 #include <unistd.h>
 
-namespace fathom::cli {
+namespace fathom::terminal {
 namespace {
 
 std::atomic<bool> asks = false; // the first signal only asks
@@ -69,4 +69,4 @@ void stop_if_interrupted() {
         throw Interrupted{received};
 }
 
-} // namespace fathom::cli
+} // namespace fathom::terminal

@@ -2,7 +2,7 @@
 
 #include <stdexcept>
 
-namespace fathom::cli {
+namespace fathom::terminal {
 
 /// What the program says to the shell. An interrupt is 128 plus the signal's number: 130 for Ctrl-C.
 enum ExitCode : int { done = 0, input_failed = 1, wrong_usage = 2, no_device = 3 };
@@ -36,4 +36,4 @@ bool is_interrupted();
 /// Throws: Interrupted, when a signal came.
 void stop_if_interrupted();
 
-} // namespace fathom::cli
+} // namespace fathom::terminal

@@ -24,7 +24,7 @@
 #include <sys/ioctl.h>
 #include <unistd.h>
 
-namespace fathom::cli {
+namespace fathom::terminal {
 namespace {
 
 std::string on_one_line(std::string_view text) {
@@ -39,6 +39,17 @@ std::string on_one_line(std::string_view text) {
     while (line.ends_with(' '))
         line.pop_back();
     return line;
+}
+
+void write_to_stderr(std::string_view text) {
+    while (!text.empty()) {
+        const auto written = ::write(STDERR_FILENO, text.data(), text.size());
+        if (written < 0 && errno == EINTR)
+            continue;
+        if (written <= 0)
+            return;
+        text.remove_prefix(static_cast<std::size_t>(written));
+    }
 }
 
 int output_error = 0; // the first
@@ -59,6 +70,13 @@ void check_output() {
         throw Interrupted{SIGPIPE};
     if (output_error != 0 || std::ferror(stdout) != 0)
         throw Error(unwritable_output(output_error));
+}
+
+void print_bytes(std::span<const unsigned char> bytes) {
+    errno = 0;
+    if (std::fwrite(bytes.data(), 1, bytes.size(), stdout) < bytes.size() && output_error == 0)
+        output_error = errno;
+    check_output();
 }
 
 std::string unwritable_output(int error) {
@@ -129,18 +147,7 @@ void prepare_streams() {
     cv::utils::logging::setLogLevel(cv::utils::logging::LOG_LEVEL_SILENT);
 }
 
-void write_to_stderr(std::string_view text) {
-    while (!text.empty()) {
-        const auto written = ::write(STDERR_FILENO, text.data(), text.size());
-        if (written < 0 && errno == EINTR)
-            continue;
-        if (written <= 0)
-            return;
-        text.remove_prefix(static_cast<std::size_t>(written));
-    }
-}
-
-// The bar is the last line of the terminal. Whatever else is printed takes its place first.
+// It is the last line of the terminal. Whatever else is printed takes its place first.
 
 namespace {
 
@@ -154,14 +161,15 @@ std::size_t columns() {
     return ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 0 ? size.ws_col : 80;
 }
 
-} // namespace
-
+// "0:48", "1:02:03".
 std::string in_minutes(double seconds) {
     const auto whole = std::llround(std::min(seconds, 1e9));
     const auto hours = whole / 3600, minutes = whole / 60 % 60;
     return hours > 0 ? fmt::format("{}:{:02}:{:02}", hours, minutes, whole % 60)
                      : fmt::format("{}:{:02}", minutes, whole % 60);
 }
+
+} // namespace
 
 Progress::Progress(ProgressKind kind, std::size_t count, bool quiet)
     : count_(count), bar_(kind == ProgressKind::automatic && count > 1 && !quiet && is_terminal()),
@@ -191,14 +199,8 @@ void Progress::advance() {
         flush_output();
         return;
     }
-    const std::size_t place = columns(), around = text.size() + 5;
-    std::string bar;
-    if (place > around + 10) {
-        const std::size_t length = std::min<std::size_t>(place - around, 40), full = length * done_ / count_;
-        bar = "[" + std::string(full, '#') + std::string(length - full, '.') + "]  ";
-    }
-    write_to_stderr("\r\x1b[K" + (bar + text).substr(0, place - 1));
+    write_to_stderr("\r\x1b[K" + text.substr(0, columns() - 1));
     shown_ = true;
 }
 
-} // namespace fathom::cli
+} // namespace fathom::terminal

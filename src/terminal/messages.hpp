@@ -7,17 +7,21 @@
 #include <chrono>
 #include <cstddef>
 #include <filesystem>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
-namespace fathom::cli {
+namespace fathom::terminal {
 
 /// Gives what was printed to the one who reads it. Without a reader the work is asked to stop.
 void flush_output();
 
 /// Throws: Error when something that was printed could not be written; Interrupted when nobody reads it.
 void check_output();
+
+/// Prints raw bytes. Throws as `check_output`.
+void print_bytes(std::span<const unsigned char> bytes);
 
 /// What is said then; `error`: the system's number, 0 if it is not known.
 std::string unwritable_output(int error);
@@ -54,8 +58,6 @@ std::string invalid_in_words(std::size_t invalid, std::size_t pixels);
 /// and turns OpenCV's log off.
 void prepare_streams();
 
-void write_to_stderr(std::string_view text);
-
 /// How a run over several inputs tells how far it is.
 enum class ProgressKind { automatic, openjd, off };
 
@@ -81,7 +83,4 @@ private:
     std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now(), first_ = {};
 };
 
-/// "0:48", "1:02:03".
-std::string in_minutes(double seconds);
-
-} // namespace fathom::cli
+} // namespace fathom::terminal

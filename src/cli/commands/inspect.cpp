@@ -96,7 +96,7 @@ std::optional<ImportedCamera> camera_for(const InspectArguments& options, std::s
     if (!options.camera.given() && !io::exr_has_camera(options.file))
         return std::nullopt;
     try {
-        return options.camera.read();
+        return options.camera.read(options.inputs);
     } catch (const UsageError&) {
         throw;
     } catch (const io::UnansweredRead&) {

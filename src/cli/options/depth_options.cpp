@@ -146,159 +146,7 @@ void add_device_options(CLI::App& app, DeviceOption& device) {
 
 namespace {
 
-void add_frame_options(CLI::App& app, DepthOptions& options) {
-    const auto take = [&options](const std::string& text) {
-        try {
-            options.inputs.frames = sequence::parse_frames(text);
-        } catch (const std::invalid_argument& error) {
-            throw CLI::ValidationError("--frames", error.what());
-        }
-    };
-    add_option(app, "Frames", "--frames", "RANGE", take,
-               "frames of shot.####.exr, as in 1-240, 1-240x2 (every second)\n"
-               "or 1-9,20\n"
-               "(default: those that are there)");
-    add_enum_option(app, "--missing", options.inputs.missing,
-                    {{"error", Missing::error}, {"skip", Missing::skip}, {"hold", Missing::hold}},
-                    "a frame without its files is an error (default), is left out\n"
-                    "(skip), or repeats the one before it (hold)")
-        ->group("Frames");
-    add_animate_options(app, options);
-}
-
-void add_ignore_options(CLI::App& app, DepthOptions& options) {
-    CLI::Option* ignore = add_option(app, "Input", "--ignore", "FILE", options.ignore,
-                                     "an image of the depth's size: pixels that are not 0 there do not\n"
-                                     "count, as if they were invalid");
-    add_option(
-        app, "Input", "--ignore-below", "T", [&options](double below) { options.ignore_below = below; },
-        "FILE is an alpha or a confidence: pixels below T do not count. An\n"
-        "alpha is 0 to 1; other integers are as stored, or 0 to 1 if T < 1")
-        ->check(is_in(description::any_number))
-        ->needs(ignore);
-    const auto limits = [](const std::string& text) {
-        std::array<double, 2> ends{NAN, NAN};
-        const std::vector<std::string> parts = CLI::detail::split(text, ',');
-        for (std::size_t i = 0; parts.size() == 2 && i < 2; ++i)
-            if (!CLI::detail::lexical_cast(parts[i], ends[i]))
-                ends[i] = NAN;
-        return ends[0] <= ends[1] ? std::optional(ends) : std::nullopt;
-    };
-    add_option(
-        app, "Input", "--valid", "MIN,MAX",
-        [&options, limits](const std::string& text) { options.valid = limits(text); },
-        "distances along the axis that count, in scene units, as in\n0.3,12 or 0.3,inf. Others are invalid; the "
-        "background stays")
-        ->check(is_read_by(limits, "two numbers MIN,MAX with MIN <= MAX"));
-}
-
-void add_run_options(CLI::App& app, DepthOptions& options) {
-    add_option(
-        app, "Device", "--memory", "SIZE", [&options](const std::string& text) { options.memory = *bytes_of(text); },
-        "what an operation may take beside its images, which it then does\n"
-        "in bands, as in 8G or 500M, and what the images of all inputs in\n"
-        "work may take if there are several (default: a quarter of the\n"
-        "machine's, or of its container's, for the images)")
-        ->check(is_read_by(bytes_of, "a number above 0 and K, M, G or T, as in 8G"));
-    add_enum_option(
-        app, "--progress", options.progress,
-        {{"auto", ProgressKind::automatic}, {"openjd", ProgressKind::openjd}, {"off", ProgressKind::off}},
-        "of several inputs: a bar where stderr is a terminal (auto;\ndefault), Open Job Description's lines on stdout "
-        "(openjd), or none")
-        ->group("Report");
-}
-
-void add_output_options(CLI::App& app, DepthOptions& options, const Product& product) {
-    std::vector<std::string> formats, all_formats = raw_names();
-    for (const std::string& extension : product.extensions)
-        formats.push_back(extension.substr(1));
-    all_formats.insert(all_formats.begin(), formats.begin(), formats.end());
-    add_option(app, "Output", "-o,--output", "OUT", options.output,
-               "file to write (" + CLI::detail::join(product.extensions, " ") +
-                   "), or a folder:\nresults keep the names of their inputs there. Also ao.####.exr, or -")
-        ->required();
-    add_option(
-        app, "Output", "--format", "TYPE", [&options](const std::string& format) { options.format = "." + format; },
-        "type of the results in a folder: " + one_of(formats) + "\n(default: " + formats.front() +
-            "), or of the pixels of -o -:\n" + one_of(raw_names()))
-        ->check(is_one_of(all_formats));
-    if (!product.png_scale)
-        add_option(
-            app, "Output", "--png-scale", "S", [&options](double scale) { options.png_scale = scale; },
-            "write .png as round(value × S × 65535), 16 bits (" + scales.limits() + ")")
-            ->check(is_in(scales));
-
-    app.add_flag("--append", options.append,
-                 "write a copy of the input EXR that has the result beside its own\nchannels")
-        ->group("Output");
-    app.add_flag("--half", options.half, "write .exr of 16-bit floats (default: 32 bits)")->group("Output");
-    add_enum_option(
-        app, "--compression", options.compression,
-        {{"none", ExrCompression::none},
-         {"zips", ExrCompression::zips},
-         {"zip", ExrCompression::zip},
-         {"piz", ExrCompression::piz},
-         {"dwaa", ExrCompression::dwaa}},
-        "of .exr (default: zip). dwaa loses a little of channels called\nR, G, B or Y, N.Y and P.Y among them")
-        ->group("Output");
-}
-
-} // namespace
-
-void add_depth_options(CLI::App& app, DepthOptions& options, const Product& product) {
-    options.command = app.get_name();
-    options.given = [&app] {
-        std::vector<Given> given;
-        for (const CLI::Option* option : app.get_options())
-            if (option->count() > 0)
-                given.push_back({option->get_name(), option->results(),
-                                 option->get_group() == "Input" || option->get_group() == "Picture"});
-        return given;
-    };
-    add_option(app, "Input", "DEPTH", "DEPTH", options.inputs.arguments,
-               "depth images: EXR, 16-bit PNG, TIFF, PFM or NPY. Also a folder,\n"
-               "or 'shot.####.exr', 'shot.%04d.exr' or 'shot.*.exr'")
-        ->required();
-    options.camera.inputs = [&options]() -> const std::vector<Input>& { return options.inputs.all(); };
-    add_camera_options(app, options.camera,
-                       "camera file, glTF, transforms.json, OpenCV or ROS calibration,\n"
-                       "COLMAP folder, EXR (docs/cameras.md; default: the depth's header)");
-    add_channel_option(app, options.channel);
-    add_ignore_options(app, options);
-    add_frame_options(app, options);
-
-    add_option(
-        app, "Pipes", "--size", "WIDTHxHEIGHT",
-        [&options](const std::string& text) { options.inputs.pipes.size = size_in(text); },
-        "of the frames in pipes: DEPTH and IMAGE may be - (standard input)\n"
-        "or a named pipe with raw frames, and OUT may be -")
-        ->check(is_read_by(size_in, "as in 1920x1080"));
-    add_raw_format_option(app, "--depth-format", options.inputs.pipes.depth, 1, "of depth in a pipe");
-
-    add_output_options(app, options, product);
-    CLI::Option* quiet = app.add_flag_callback(
-        "--quiet", [&options] { options.report = Report::nothing; }, "print nothing on success; warnings still come");
-    CLI::Option* json = app.add_flag_callback(
-        "--json", [&options] { options.report = Report::json; }, "print one line of JSON for each file");
-    quiet->group("Report");
-    app.add_flag("--strict", options.strict, "take warnings for errors: no result is written")->group("Report");
-    json->group("Report")->excludes(quiet);
-    app.add_flag("--resume", options.resume,
-                 "keep what is finished: a line beside each result says what made it,\nand a frame is made only if "
-                 "that changed (docs/sequences.md)")
-        ->group("Frames");
-    add_option(
-        app, "Report", "--log", "FILE", options.log,
-        "append lines of JSON to FILE: one for this run, and one for each\nframe with its times and warnings. - is "
-        "stdout, in place of other lines");
-    add_run_options(app, options);
-
-    add_device_options(app, options.device);
-}
-
 // An animated option is given anew for each frame, as if it stood on a command line of its own.
-
-namespace {
 
 void give(CLI::Option& option, const std::string& value) {
     option.clear();
@@ -359,8 +207,8 @@ Animation animation_of(CLI::App& app, const std::string& text) {
     return animation;
 }
 
-} // namespace
-
+// Every value of the file is parsed and checked as the option itself does it, and the first one stays, so that what depends on the
+// option can be checked before a frame is read.
 void add_animate_options(CLI::App& app, DepthOptions& options) {
     CLI::Option* const animate =
         app.add_option_function<std::vector<std::string>>(
@@ -377,6 +225,149 @@ void add_animate_options(CLI::App& app, DepthOptions& options) {
     app.add_flag("--interpolate", options.interpolate, "fills the frames between two lines of --animate, evenly")
         ->needs(animate)
         ->group("Frames");
+}
+
+void add_frame_options(CLI::App& app, DepthOptions& options) {
+    const auto take = [&options](const std::string& text) {
+        try {
+            options.inputs.frames = sequence::parse_frames(text);
+        } catch (const std::invalid_argument& error) {
+            throw CLI::ValidationError("--frames", error.what());
+        }
+    };
+    add_option(app, "Frames", "--frames", "RANGE", take,
+               "frames of shot.####.exr, as in 1-240, 1-240x2 (every second)\n"
+               "or 1-9,20\n"
+               "(default: those that are there)");
+    add_enum_option(app, "--missing", options.inputs.missing, {{"error", Missing::error}, {"skip", Missing::skip}},
+                    "a frame without its files is an error (default), or is left out\n(skip)")
+        ->group("Frames");
+    add_animate_options(app, options);
+}
+
+void add_ignore_options(CLI::App& app, DepthOptions& options) {
+    CLI::Option* ignore = add_option(app, "Input", "--ignore", "FILE", options.ignore,
+                                     "an image of the depth's size: pixels that are not 0 there do not\n"
+                                     "count, as if they were invalid");
+    add_option(
+        app, "Input", "--ignore-below", "T", [&options](double below) { options.ignore_below = below; },
+        "FILE is an alpha or a confidence: pixels below T do not count. An\n"
+        "alpha is 0 to 1; other integers are as stored, or 0 to 1 if T < 1")
+        ->check(is_in(description::any_number))
+        ->needs(ignore);
+    const auto limits = [](const std::string& text) {
+        const std::vector<double> ends = numbers_in(text, 2);
+        return !ends.empty() && ends[0] <= ends[1] ? std::optional(std::array{ends[0], ends[1]}) : std::nullopt;
+    };
+    add_option(
+        app, "Input", "--valid", "MIN,MAX",
+        [&options, limits](const std::string& text) { options.valid = limits(text); },
+        "distances along the axis that count, in scene units, as in\n0.3,12 or 0.3,inf. Others are invalid; the "
+        "background stays")
+        ->check(is_read_by(limits, "two numbers MIN,MAX with MIN <= MAX"));
+}
+
+void add_run_options(CLI::App& app, DepthOptions& options) {
+    add_option(
+        app, "Device", "--memory", "SIZE", [&options](const std::string& text) { options.memory = *bytes_of(text); },
+        "what an operation may take beside its images, which it then does\n"
+        "in bands, as in 8G or 500M, and what the images of all inputs in\n"
+        "work may take if there are several (default: a quarter of the\n"
+        "machine's, or of its container's, for the images)")
+        ->check(is_read_by(bytes_of, "a number above 0 and K, M, G or T, as in 8G"));
+    add_enum_option(
+        app, "--progress", options.progress,
+        {{"auto", ProgressKind::automatic}, {"openjd", ProgressKind::openjd}, {"off", ProgressKind::off}},
+        "of several inputs: a line where stderr is a terminal (auto;\ndefault), Open Job Description's lines on stdout "
+        "(openjd), or none")
+        ->group("Report");
+}
+
+void add_output_options(CLI::App& app, DepthOptions& options, const Product& product) {
+    std::vector<std::string> formats, all_formats = raw_names();
+    for (const std::string& extension : product.extensions)
+        formats.push_back(extension.substr(1));
+    all_formats.insert(all_formats.begin(), formats.begin(), formats.end());
+    add_option(app, "Output", "-o,--output", "OUT", options.output,
+               "file to write (" + CLI::detail::join(product.extensions, " ") +
+                   "), or a folder:\nresults keep the names of their inputs there. Also ao.####.exr, or -")
+        ->required();
+    add_option(
+        app, "Output", "--format", "TYPE", [&options](const std::string& format) { options.format = "." + format; },
+        "type of the results in a folder: " + one_of(formats) + "\n(default: " + formats.front() +
+            "), or of the pixels of -o -:\n" + one_of(raw_names()))
+        ->check(is_one_of(all_formats));
+    if (!product.png_scale)
+        add_option(
+            app, "Output", "--png-scale", "S", [&options](double scale) { options.png_scale = scale; },
+            "write .png as round(value × S × 65535), 16 bits (" + scales.limits() + ")")
+            ->check(is_in(scales));
+
+    app.add_flag("--append", options.append,
+                 "write a copy of the input EXR that has the result beside its own\nchannels")
+        ->group("Output");
+    app.add_flag("--half", options.half, "write .exr of 16-bit floats (default: 32 bits)")->group("Output");
+    add_enum_option(
+        app, "--compression", options.compression,
+        {{"none", ExrCompression::none},
+         {"zips", ExrCompression::zips},
+         {"zip", ExrCompression::zip},
+         {"piz", ExrCompression::piz},
+         {"dwaa", ExrCompression::dwaa}},
+        "of .exr (default: zip). dwaa loses a little of channels called\nR, G, B or Y, N.Y and P.Y among them")
+        ->group("Output");
+}
+
+} // namespace
+
+void add_depth_options(CLI::App& app, DepthOptions& options, const Product& product) {
+    options.command = app.get_name();
+    options.given = [&app] {
+        std::map<std::string, std::vector<std::string>> given;
+        for (const CLI::Option* option : app.get_options())
+            if (option->count() > 0)
+                given[option->get_name()] = option->results();
+        return given;
+    };
+    add_option(app, "Input", "DEPTH", "DEPTH", options.inputs.arguments,
+               "depth images: EXR, 16-bit PNG, TIFF, PFM or NPY. Also a folder,\n"
+               "or 'shot.####.exr', 'shot.%04d.exr' or 'shot.*.exr'")
+        ->required();
+    options.camera.inputs = [&options]() -> const std::vector<Input>& { return options.inputs.all(); };
+    add_camera_options(app, options.camera,
+                       "camera file, glTF, transforms.json, OpenCV or ROS calibration,\n"
+                       "COLMAP folder, EXR (docs/cameras.md; default: the depth's header)");
+    add_channel_option(app, options.channel);
+    add_ignore_options(app, options);
+    add_frame_options(app, options);
+
+    add_option(
+        app, "Pipes", "--size", "WIDTHxHEIGHT",
+        [&options](const std::string& text) { options.inputs.pipes.size = size_in(text); },
+        "of the frames in pipes: DEPTH and IMAGE may be - (standard input)\n"
+        "or a named pipe with raw frames, and OUT may be -")
+        ->check(is_read_by(size_in, "as in 1920x1080"));
+    add_raw_format_option(app, "--depth-format", options.inputs.pipes.depth, 1, "of depth in a pipe");
+
+    add_output_options(app, options, product);
+    CLI::Option* quiet = app.add_flag_callback(
+        "--quiet", [&options] { options.report = Report::nothing; }, "print nothing on success; warnings still come");
+    CLI::Option* json = app.add_flag_callback(
+        "--json", [&options] { options.report = Report::json; }, "print one line of JSON for each file");
+    quiet->group("Report");
+    app.add_flag("--strict", options.strict, "take warnings for errors: no result is written")->group("Report");
+    json->group("Report")->excludes(quiet);
+    app.add_flag("--resume", options.resume,
+                 "keep what is finished: a line beside each result says what made it,\nand a frame is made only if "
+                 "that changed (docs/sequences.md)")
+        ->group("Frames");
+    add_option(
+        app, "Report", "--log", "FILE", options.log,
+        "append lines of JSON to FILE: one for this run, and one for each\nframe with its times and warnings. - is "
+        "stdout, in place of other lines");
+    add_run_options(app, options);
+
+    add_device_options(app, options.device);
 }
 
 } // namespace fathom::cli

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "cli/command.hpp"
 #include "description/range.hpp"
 #include "shot/options.hpp"
 
@@ -70,9 +71,5 @@ CLI::Option* add_enum_option(CLI::App& app, const std::string& name, Value& valu
         ->type_name(CLI::detail::join(names, "|"))
         ->check(is_one_of(names));
 }
-
-/// Adds --animate NAME=FILE and --interpolate. Every value of the file is parsed and checked as the option itself does it, and the first one
-/// stays, so that what depends on the option can be checked before a frame is read.
-void add_animate_options(CLI::App& app, DepthOptions& options);
 
 } // namespace fathom::cli

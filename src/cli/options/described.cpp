@@ -22,7 +22,13 @@ using description::Kind;
 using description::Option;
 using description::Value;
 
-std::optional<Value> read(const Option& option, const std::string& text) {
+std::optional<Value> read(const Option& option, std::string text) {
+    const std::string shared = value_spelled(option), before = shared.substr(0, shared.find(':') + 1);
+    if (!text.starts_with(before))
+        return std::nullopt;
+    text.erase(0, before.size());
+    if (shared.starts_with(text + "|")) // the word for none
+        text = "0";
     if (double number = 0; option.kind == Kind::number && CLI::detail::lexical_cast(text, number))
         return number;
     const auto found = std::ranges::find(option.choices(), text, [](const char* name) { return std::string(name); });
@@ -31,7 +37,7 @@ std::optional<Value> read(const Option& option, const std::string& text) {
     return value_of(option.kind, numbers_in(text, said_of(option.kind).count()));
 }
 
-using Options = std::vector<Option>; // of one name, which exclude each other
+using Options = std::vector<Option>; // of one name in the program, which exclude each other
 
 const Option* option_for(const Options& options, const std::string& text) {
     const auto its = std::ranges::find_if(options, [&](const Option& one) { return parse(one, text).has_value(); });
@@ -39,6 +45,8 @@ const Option* option_for(const Options& options, const std::string& text) {
 }
 
 std::string type_name(const Option& option) {
+    if (const std::string shared = value_spelled(option); !shared.empty())
+        return shared;
     if (option.kind == Kind::choice)
         return fmt::format("{}", fmt::join(option.choices(), "|"));
     if (const char* parts = said_of(option.kind).parts; *parts)
@@ -46,12 +54,19 @@ std::string type_name(const Option& option) {
     return option.is_whole() ? "N" : option.range.infinite ? "X|inf" : "X";
 }
 
+// "ellipse:R: " of what shares the program's option.
+std::string prefix(const Option& option) {
+    const std::string shared = value_spelled(option);
+    return shared.empty() ? "" : shared + ": ";
+}
+
 std::string refusal(const Options& options, const std::string& text) {
     const Option& option = options.front();
     if (option_for(options, text))
         return "";
     if (options.size() > 1)
-        return fmt::format("'{}' will not do; it is {}, or {}", text, option.accepted(), options[1].accepted());
+        return fmt::format("'{}' will not do; it is {}{}, or {}{}", text, prefix(option), option.accepted(),
+                           prefix(options[1]), options[1].accepted());
     if (option.kind == Kind::choice)
         return fmt::format("'{}' is unknown; it is {}", text, option.accepted());
     double number = 0;
@@ -84,6 +99,9 @@ CLI::Option* add(CLI::App& app, const Options& options, const SetOption& set) {
                name,
                [options, set](const std::string& text) {
                    const Option& its = *option_for(options, text);
+                   for (const Option& other : options)
+                       if (other.offset != its.offset)
+                           set(other, *other.by_default);
                    set(its, *parse(its, text));
                },
                words)
@@ -122,15 +140,14 @@ std::string value_spelled(const Option& option) {
 }
 
 void add_described_options(CLI::App& app, const std::vector<Option>& options, const SetOption& set,
-                           const std::string& group, std::initializer_list<std::string_view> otherwise) {
+                           const std::string& group) {
     std::vector<Options> named;
     for (const Option& option : options) {
-        if (option.kind >= Kind::result || spelled(option.name).empty() ||
-            std::ranges::find(otherwise, std::string_view(option.name)) != otherwise.end())
+        const std::string name = spelled(option.name);
+        if (option.kind >= Kind::result || name.empty())
             continue;
-        if (named.empty() || std::string_view(named.back().front().name) != option.name)
-            named.emplace_back();
-        named.back().push_back(option);
+        const auto same = std::ranges::find(named, name, [](const Options& own) { return spelled(own.front().name); });
+        (same == named.end() ? named.emplace_back() : *same).push_back(option);
     }
     for (const Options& own : named)
         add(app, own, set)->group(group);
@@ -156,23 +173,6 @@ void check_together(const CLI::App& app, const description::Operation& operation
     const std::string wrong = wrong_together(operation, given, [](const Option& option) { return spelled(option); });
     if (!wrong.empty())
         throw UsageError(wrong);
-}
-
-std::string described_words(const std::vector<Option>& options, const std::string& option, const std::string& more) {
-    const auto its = std::ranges::find_if(options, [&](const Option& one) { return spelled(one) == option; });
-    return its->words + more;
-}
-
-void add_result_options(CLI::App& app, const description::Operation& operation,
-                        std::map<std::string, std::string>& files) {
-    for (const Option& option : operation.options)
-        if (option.kind == Kind::result && !spelled(option.name).empty())
-            app.add_option_function<std::string>(
-                   spelled(option.name),
-                   [&files, name = std::string(option.name)](const std::string& file) { files[name] = file; },
-                   fmt::format("also write {}", option.words))
-                ->type_name("FILE")
-                ->group("Output");
 }
 
 } // namespace fathom::cli

@@ -3,8 +3,6 @@
 #include "description/operations.hpp"
 
 #include <functional>
-#include <initializer_list>
-#include <map>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -28,30 +26,22 @@ std::optional<description::Value> parse(const description::Option& option, const
 
 using SetOption = std::function<void(const description::Option&, const description::Value&)>;
 
-/// Adds options as they are described, but for results, and for those that the program has in another way. `set` gets values that the
-/// description accepts.
+/// Adds options as they are described, but for images, results, and those that the program has in another way. `set` gets values that
+/// the description accepts. Options that share one of the program's are set back when another of them is given.
 void add_described_options(CLI::App& app, const std::vector<description::Option>& options, const SetOption& set,
-                           const std::string& group, std::initializer_list<std::string_view> otherwise);
+                           const std::string& group);
 
-/// The same for a struct, whose values are the defaults.
+/// The same for a struct.
 template <typename Options>
-void add_described_options(CLI::App& app, Options& options, const std::string& group,
-                           std::initializer_list<std::string_view> otherwise = {}) {
+void add_described_options(CLI::App& app, Options& options, const std::vector<description::Option>& described,
+                           const std::string& group) {
     add_described_options(
-        app, description::options_of(options),
+        app, described,
         [&options](const description::Option& option, const description::Value& value) { option.set(options, value); },
-        group, otherwise);
+        group);
 }
 
 /// Throws: UsageError for options of an operation that exclude each other, or need another.
 void check_together(const CLI::App& app, const description::Operation& operation);
-
-/// What the description says of an option that the program has in its own way, then `more`.
-std::string described_words(const std::vector<description::Option>& options, const std::string& option,
-                            const std::string& more = "");
-
-/// Adds an option for each result that may be asked for beside the first one: the file that it goes to, by its name.
-void add_result_options(CLI::App& app, const description::Operation& operation,
-                        std::map<std::string, std::string>& files);
 
 } // namespace fathom::cli

@@ -45,39 +45,28 @@ LensArguments within(const Windows& windows, LensArguments lens) {
     return lens;
 }
 
-} // namespace
-
-void add_lens_options(CLI::App& app, LensArguments& lens) {
-    add_described_options(app, lens, group);
-    const std::vector<description::Option>& options = description::operation<description::DofCall>().options;
-    add_described_options(app, {*std::ranges::find(options, description::Kind::lens, &description::Option::kind)},
-                          [&lens](const description::Option&, const description::Value& value) {
-                              const auto& circle = std::get<CircleOfConfusion>(value);
-                              lens.circle = {static_cast<double>(circle.k), static_cast<double>(circle.g)};
-                          },
-                          group, {});
+// How messages name the program's options, and the camera.
+LensWords lens_words(const std::string& camera = "the camera") {
+    return {.camera = camera, .option = [](const std::string& option) { return spelled(option); }};
 }
 
-void complete(LensArguments& lens, const CameraOption& camera) {
-    camera.first_for([&](const ImportedCamera& read) {
-        LensArguments of_first = lens; // which shows early what all cameras lack
-        if (!camera.of_headers())
-            complete(camera.is_pattern() ? of_first : lens, read, camera.name());
-    });
-}
-
-void complete(LensArguments& lens, const CameraFile& file, const std::string& name) {
+void complete(LensArguments& lens, const LensDefaults& defaults, const Projection& projection,
+              const std::string& camera) {
     try {
-        lens = completed(lens, file.lens, file.camera.projection, lens_words(name));
+        lens = completed(lens, defaults, projection, lens_words(camera));
     } catch (const std::invalid_argument& error) {
         throw UsageError(error.what());
     }
 }
 
-LensWords lens_words(const std::string& camera) {
-    return {.camera = camera, .option = [](const std::string& option) { return spelled(option); }};
+// The lens for an input whose own camera may complete it.
+LensArguments lens_of(LensArguments lens, const Job& job) {
+    if (job.camera)
+        complete(lens, job.camera->lens, job.camera->camera.projection, job.camera_name.native());
+    return lens;
 }
 
+// The depth of the surface at --focus-at.
 double depth_under(const LensArguments::Pixel& pixel, const StoredDepth& stored, const Windows& windows) {
     const auto [x, y] = pixel_in(windows, pixel, "--focus-at");
     try {
@@ -87,23 +76,19 @@ double depth_under(const LensArguments::Pixel& pixel, const StoredDepth& stored,
     }
 }
 
-CircleOfConfusion circle_for(const LensArguments& given, const StoredDepth& stored, const Windows& windows) {
-    if (given.circle)
-        return fathom::circle_for(given, stored);
-    LensArguments lens = within(windows, given);
-    if (lens.focus_at && lens.relative) // all of whose pixels are the image's
-        depth_under(*lens.focus_at, stored, windows);
-    else if (const auto pixel = std::exchange(lens.focus_at, std::nullopt))
-        lens.focus = depth_under(*pixel, stored, windows);
-    try {
-        return fathom::circle_for(lens, stored);
-    } catch (const std::invalid_argument& error) { // of the lens, not of the camera file
-        throw Error(fmt::format("the lens does not fit: {}", error.what()));
-    }
-}
+} // namespace
 
-void add_relative_options(CLI::App& app) {
-    for (const description::Option& option : description::operation<description::DofCall>().lens)
+void add_lens_options(CLI::App& app, LensArguments& lens, const description::Option& circle) {
+    const std::vector<description::Option>& options = description::operation<description::DofCall>().lens;
+    add_described_options(app, lens, options, group);
+    add_described_options(
+        app, {circle},
+        [&lens](const description::Option&, const description::Value& value) {
+            const auto& its = std::get<CircleOfConfusion>(value);
+            lens.circle = {static_cast<double>(its.k), static_cast<double>(its.g)};
+        },
+        group);
+    for (const description::Option& option : options)
         if (description::is_of_relative(option))
             app.get_option(spelled(option))->group("Relative depth");
     for (const char* other : {"--camera", "--preset", "--image", "--node", "--undistorted", "--valid"})
@@ -112,29 +97,30 @@ void add_relative_options(CLI::App& app) {
 
 void complete(LensArguments& lens, RelativeSource& relative, const CameraOption& camera) {
     relative.order = lens.relative;
-    if (!lens.relative)
-        return complete(lens, camera);
-    relative.options = relative_options(lens);
-    try {
-        lens = completed(lens, {}, relative_camera(1, 1, *lens.relative).projection, lens_words());
-    } catch (const std::invalid_argument& error) {
-        throw UsageError(error.what());
+    if (lens.relative) {
+        relative.options = relative_options(lens);
+        return complete(lens, {}, relative_camera(1, 1, *lens.relative).projection, "the camera");
     }
+    if (!camera.of_headers()) // shows early what all cameras lack
+        camera.first_for([&](const ImportedCamera& read) {
+            LensArguments of_first = lens;
+            complete(of_first, read.lens, read.camera.projection, camera.name());
+        });
 }
 
-namespace {
-
-// The lens for an input whose own camera may complete it.
-LensArguments lens_of(LensArguments lens, const Job& job) {
-    if (job.own_camera)
-        complete(lens, *job.own_camera, (job.camera_file.empty() ? job.input : job.camera_file).native());
-    return lens;
-}
-
-} // namespace
-
-CircleOfConfusion circle_of(const LensArguments& lens, const StoredDepth& stored, const Job& job) {
-    return circle_for(lens_of(lens, job), stored, job.windows);
+CircleOfConfusion circle_of(const LensArguments& given, const StoredDepth& stored, const Job& job) {
+    if (given.circle)
+        return circle_for(given, stored);
+    LensArguments lens = within(job.windows, lens_of(given, job));
+    if (lens.focus_at && lens.relative) // all of whose pixels are the image's
+        depth_under(*lens.focus_at, stored, job.windows);
+    else if (const auto pixel = std::exchange(lens.focus_at, std::nullopt))
+        lens.focus = depth_under(*pixel, stored, job.windows);
+    try {
+        return circle_for(lens, stored);
+    } catch (const std::invalid_argument& error) { // of the lens, not of the camera file
+        throw Error(fmt::format("the lens does not fit: {}", error.what()));
+    }
 }
 
 std::vector<std::string> blur_doubts(const LensArguments& lens, const StoredDepth& stored, const Job& job,

@@ -1,4 +1,4 @@
-// Where the cameras of the inputs come from.
+// Where the cameras of the inputs come from; and the device of a run, and how many threads work beside it.
 #include "options.hpp"
 
 #include "camera/form.hpp"
@@ -7,13 +7,24 @@
 #include "io/cameras/camera_formats.hpp"
 #include "io/formats.hpp"
 #include "sequence/frames.hpp"
+#include "telling.hpp" // what kernels there are
 #include "terminal/exit.hpp"
 
 #include <fathom/error.hpp>
+#include <fathom/exr.hpp>
 
+#ifdef __GLIBC__
+#include <malloc.h>
+#endif
+
+#include <opencv2/core/utility.hpp>
+
+#include <algorithm>
+#include <cstdlib>
 #include <stdexcept>
+#include <thread>
 
-namespace fathom::cli {
+namespace fathom::shot {
 namespace {
 
 // The preset alone, as an argument.
@@ -88,35 +99,24 @@ ImportedCamera CameraOption::read_for(const Input& input, Storage storage) const
                                                                .depth = depth});
 }
 
-ImportedCamera CameraOption::read() const {
-    return read(inputs ? inputs() : std::vector<Input>{}, true);
-}
-
 void CameraOption::first_for(const std::function<void(const ImportedCamera&)>& use) const {
-    if (!is_pattern()) {
-        std::optional<ImportedCamera> camera;
-        try {
-            camera = read();
-        } catch (const Error&) { // is told when all inputs are planned
-            return;
-        }
-        return use(*camera);
-    }
     std::exception_ptr lacking;
     for (const Input& depth : inputs()) {
         try {
             return use(read_for(depth));
         } catch (const UsageError&) {
+            if (!of_headers() && !is_pattern()) // all have the same
+                throw;
             if (!lacking)
                 lacking = std::current_exception();
-        } catch (const Error&) { // is told when the turn of this input comes
+        } catch (const Error&) { // is told when all inputs are planned, or when the turn of this one comes
         }
     }
     if (lacking)
         std::rethrow_exception(lacking);
 }
 
-ImportedCamera CameraOption::read(std::vector<Input> depths, bool first_counts) const {
+ImportedCamera CameraOption::read(std::vector<Input> depths) const {
     if (file.empty() && (!image.empty() || !node.empty() || undistorted))
         throw UsageError("--image, --node and --undistorted: choose from a file; give it with --camera");
     if (!given()) {
@@ -129,7 +129,7 @@ ImportedCamera CameraOption::read(std::vector<Input> depths, bool first_counts) 
                 return true;
             }
         });
-        if (unanswered && (depths.empty() || first_counts))
+        if (unanswered && depths.empty())
             std::rethrow_exception(unanswered);
         if (depths.empty())
             throw UsageError(
@@ -137,18 +137,63 @@ ImportedCamera CameraOption::read(std::vector<Input> depths, bool first_counts) 
                             "(fathom presets lists them)") +
                 (or_relative ? ", or --relative for depth without a unit" : ""));
     }
-    if (depths.empty())
-        depths.emplace_back();
     for (std::size_t i = 0; i + 1 < depths.size(); ++i) {
         try {
             return read_for(depths[i]);
-        } catch (const io::UnansweredRead&) {
-            if (first_counts)
-                throw;
         } catch (const Error&) { // is told when the turn of this input comes
         }
     }
     return read_for(depths.back());
 }
 
-} // namespace fathom::cli
+namespace {
+
+// Large images go back to the system when they are freed, in place of being kept for the next frame.
+void give_back_images() {
+#ifdef __GLIBC__
+    mallopt(M_MMAP_THRESHOLD, 32 << 20);
+    mallopt(M_MMAP_MAX, 65536);
+#endif
+}
+
+int cores() {
+    return std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+}
+
+} // namespace
+
+void DeviceOption::prepare(std::size_t memory) const {
+    if (threads > 0) {
+        const std::string count = std::to_string(threads);
+        setenv("POCL_MAX_PTHREAD_COUNT", count.c_str(), 1); // PoCL to 4
+        setenv("POCL_CPU_MAX_CU_COUNT", count.c_str(), 1);  // PoCL from 5
+    }
+    runtime::compile_apart(kernels_hash()); // before there are threads that may hold a lock
+    if (memory > 0)
+        give_back_images();
+    set_exr_threads(threads);
+    if (threads > 0) // oneTBB warns of more than there are
+        cv::setNumThreads(std::min(threads, cores()));
+}
+
+std::shared_mutex& vector_widths() {
+    static std::shared_mutex all;
+    return all;
+}
+
+Device DeviceOption::open(std::size_t memory) const {
+    constexpr std::size_t least_memory = std::size_t{64} << 20; // so that any SIZE does for small images
+    return Device::open(wanted, {.memory_budget = memory > 0 ? std::max(memory, least_memory) : 0});
+}
+
+bool DeviceOption::takes_turns(const Device& opened) const {
+    return opened.info().cpu && threads > 0 && threads < cores();
+}
+
+void DeviceOption::share_among(std::size_t files) const {
+    const int at_once = static_cast<int>(std::clamp<std::size_t>(files, 1, static_cast<std::size_t>(threads)));
+    io::set_exr_pool(threads - at_once);
+    cv::setNumThreads(threads / at_once);
+}
+
+} // namespace fathom::shot
