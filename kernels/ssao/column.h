@@ -162,24 +162,27 @@ INLINE boundsV bounds_at(const sideV* side, floatV first, const columnV* column,
 // Two neighbouring samples meet in an outward edge if the surface of each, extended to the other sample, passes above it.
 // The edge then ends both surfaces. If the outer one, followed by `to_crease` pixels, comes down to the inner one, both meet in a
 // crease: nothing is open between them. A thin surface that is seen at a grazing angle would leave dashes of light there.
+#define ALMOST 0.125f // of that way that it may lack, so that nothing changes at once
+#define FALLS 1.5f   // times the steepest slope that it falls along
 typedef struct {
     intV outward;
     floatV place;  // (q - q_c) / s
-    floatV crease; // the same from which on all is blocked up to the outer sample
+    floatV crease; // the same from which on all is blocked up to the outer sample, if both meet
+    floatV meets;  // 1 if they do, 0 if they do not even almost
 } edgeV;
 
-INLINE edgeV edge_of(const columnV* a, const columnV* b, float to_crease, __global const tap_params* tap_b) {
+INLINE edgeV edge_of(const sideV* side, const columnV* a, const columnV* b, float to_crease,
+                     __global const tap_params* tap_b) {
     const floatV gap = (floatV)tap_b->gap;
     const floatV over = fma(a->tilt, gap, a->front) - b->front, under = fma(-b->tilt, gap, b->front) - a->front;
     const floatV sum = over + under;
-    const intV meets = fma(-b->tilt, (floatV)min(tap_b->gap, to_crease), b->front) < a->front;
-    floatV crease = INFINITY;
-    if (to_crease > 0.0f)
-        crease = select(crease, tap_b->gap < tap_b->distance ? a->front * tap_b[-1].inverse_distance : (floatV)-1e30f, meets);
+    const floatV almost = (ALMOST * min(tap_b->gap, to_crease)) * min(b->tilt, FALLS * side->rises);
+    const floatV beyond = fma(almost, (floatV)(1.0f / ALMOST + 1.0f), a->front - b->front);
+    const floatV meets = select((floatV)0.0f, min(beyond * rough_inverse(almost), 1.0f), (beyond > 0.0f) & (almost > 0.0f));
     return (edgeV){(over > 0.0f) & (under > 0.0f),
                    fma(a->tilt * gap, under, a->front * sum) *
                        rough_inverse(fma(gap, under, (tap_b->distance - tap_b->gap) * sum)),
-                   crease};
+                   tap_b->gap < tap_b->distance ? a->front * tap_b[-1].inverse_distance : (floatV)-1e30f, meets};
 }
 
 // (q - q_c) / s where a column ends: at the edge, or `way` from it, half way to its neighbour, along its own surface.
@@ -213,9 +216,11 @@ INLINE partV part_of(const boundsV* within, floatV first, const columnV* column,
                      floatV inner, floatV outer, __global const tap_params* tap) {
     const floatV low = within->low, high = within->high;
     const floatV behind = (back + column->to_line) * tap->inverse_distance;
+    const floatV end = min(min(inner, outer), behind);
+    const floatV bottom = fma(before->meets, min(max(before->crease, first), end) - end, end);
     const intV counts = within->counts & (max(inner, outer) > first);
     const partV none = no_part();
-    return (partV){select(none.bottom, max(min(min(min(inner, outer), min(behind, before->crease)), high), low), counts),
+    return (partV){select(none.bottom, max(min(bottom, high), low), counts),
                    select(none.top, max(min(max(inner, outer), high), low), counts)};
 }
 

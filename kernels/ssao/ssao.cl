@@ -183,12 +183,12 @@ INLINE intV sectors_of_taps(const sideV* side, const sourceV* from, const placeV
         } else {
             const columnV last =
                 column_at(side, from->fronts, from->slopes, at_tap(place, from->split, tap - 1), tap - 1);
-            before = edge_of(&last, &seen, to_crease, tap);
+            before = edge_of(side, &last, &seen, to_crease, tap);
         }
         known = i + 1;
         READ_NEXT(from->backs + at);
         next = column_at(side, from->fronts, from->slopes, at_any_tap(place, from->split, tap + 1), tap + 1);
-        after = edge_of(&seen, &next, to_crease, tap + 1);
+        after = edge_of(side, &seen, &next, to_crease, tap + 1);
         const floatV inner = inner_end_of(side, &seen, &before, tap);
         const floatV outer = end_of(side, &seen, &after, tap[1].before, tap[1].inverse_inner);
         const partV part = part_of(&within, first, &seen, LOAD(float, from->backs + at), &before, inner, outer, tap);

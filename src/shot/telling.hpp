@@ -126,9 +126,6 @@ std::string device_class(const Device& device);
 /// The hash of the text of all kernels.
 std::string kernels_hash();
 
-/// Removes temporary files that killed runs left beside these results.
-void remove_abandoned(const std::vector<Job>& jobs);
-
 /// A file of JSON lines that several runs and processes may append to: each line is one write.
 class RunLog {
 public:

@@ -45,11 +45,12 @@ std::vector<Job> jobs_of(const ShowArguments& options) {
     constexpr const char* own_ending = ".show.png";
     std::vector<Job> jobs;
     if (!options.files.output.empty()) {
-        const std::vector<Output> outputs{{"-o", options.files.output, {{".png"}, {}, 1.0}}};
-        jobs = plan(options.files, outputs);
+        DepthOptions files = options.files;
+        files.outputs = {{"-o", files.output, {{".png"}, {}, 1.0}}};
+        jobs = plan(files);
         for (const Job& job : jobs)
             if (job.missing.empty())
-                prepare_folders(options.files, outputs, job);
+                prepare_folders(files, job);
     } else {
         for (const Input& input : options.files.inputs.all()) {
             Job& job = jobs.emplace_back();
@@ -273,7 +274,7 @@ void announce(const ShowArguments& options, const Job& job, const Viewed& viewed
 
 void show(const ShowArguments& options, const Job& job) {
     if (!job.missing.empty())
-        throw Error(missing_in_words(options.files, job));
+        throw Error(fmt::format("{}: is not there; --missing skip leaves such frames out", job.missing.native()));
     Viewed viewed = read_viewed(job.input, options.channel);
     find_marked(viewed);
     if (options.range && viewed.kind != Viewed::Kind::values)
