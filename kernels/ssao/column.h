@@ -160,29 +160,19 @@ INLINE boundsV bounds_at(const sideV* side, floatV first, const columnV* column,
 }
 
 // Two neighbouring samples meet in an outward edge if the surface of each, extended to the other sample, passes above it.
-// The edge then ends both surfaces. If the outer one, followed by `to_crease` pixels, comes down to the inner one, both meet in a
-// crease: nothing is open between them. A thin surface that is seen at a grazing angle would leave dashes of light there.
-#define ALMOST 0.125f // of that way that it may lack, so that nothing changes at once
-#define FALLS 1.5f   // times the steepest slope that it falls along
+// The edge then ends both surfaces.
 typedef struct {
     intV outward;
-    floatV place;  // (q - q_c) / s
-    floatV crease; // the same from which on all is blocked up to the outer sample, if both meet
-    floatV meets;  // 1 if they do, 0 if they do not even almost
+    floatV place; // (q - q_c) / s
 } edgeV;
 
-INLINE edgeV edge_of(const sideV* side, const columnV* a, const columnV* b, float to_crease,
-                     __global const tap_params* tap_b) {
+INLINE edgeV edge_of(const columnV* a, const columnV* b, __global const tap_params* tap_b) {
     const floatV gap = (floatV)tap_b->gap;
     const floatV over = fma(a->tilt, gap, a->front) - b->front, under = fma(-b->tilt, gap, b->front) - a->front;
     const floatV sum = over + under;
-    const floatV almost = (ALMOST * min(tap_b->gap, to_crease)) * min(b->tilt, FALLS * side->rises);
-    const floatV beyond = fma(almost, (floatV)(1.0f / ALMOST + 1.0f), a->front - b->front);
-    const floatV meets = select((floatV)0.0f, min(beyond * rough_inverse(almost), 1.0f), (beyond > 0.0f) & (almost > 0.0f));
     return (edgeV){(over > 0.0f) & (under > 0.0f),
                    fma(a->tilt * gap, under, a->front * sum) *
-                       rough_inverse(fma(gap, under, (tap_b->distance - tap_b->gap) * sum)),
-                   tap_b->gap < tap_b->distance ? a->front * tap_b[-1].inverse_distance : (floatV)-1e30f, meets};
+                       rough_inverse(fma(gap, under, (tap_b->distance - tap_b->gap) * sum))};
 }
 
 // (q - q_c) / s where a column ends: at the edge, or `way` from it, half way to its neighbour, along its own surface.
@@ -210,14 +200,28 @@ INLINE partV no_part(void) {
     return (partV){(floatV)INFINITY, (floatV)-INFINITY};
 }
 
-// The part that a column blocks: from its back to the higher end of its front, inside the sphere. Each pixel counts only the
+#define ALMOST 0.125f // of the way to a crease that a surface may lack, so that nothing changes at once
+#define FALLS 1.5f    // times the steepest slope that it falls along
+
+// (q - q_c) / s where the part that a sample blocks begins. If its surface, followed towards the pixel by `to_crease` pixels, comes down
+// to what the last sample sees, both meet in a crease, and nothing is open between them. A surface that is seen at a grazing
+// angle would leave dashes of light there.
+INLINE floatV down_to_crease(const sideV* side, const columnV* last, const columnV* column, __global const tap_params* tap,
+                             float to_crease, floatV first, floatV bottom) {
+    const floatV almost = (ALMOST * min(tap->gap, to_crease)) * min(column->tilt, FALLS * side->rises);
+    const floatV beyond = fma(almost, (floatV)(1.0f / ALMOST + 1.0f), last->front - column->front);
+    const intV meets = (beyond > 0.0f) & (almost > 0.0f);
+    if (!any_of(meets))
+        return bottom;
+    const floatV crease = tap->gap < tap->distance ? max(last->front * tap[-1].inverse_distance, first) : first;
+    const floatV part = select((floatV)0.0f, min(beyond * rough_inverse(almost), 1.0f), meets);
+    return fma(part, min(crease, bottom) - bottom, bottom);
+}
+
+// The part that a column blocks: from `bottom` to the higher end of its front, inside the sphere. Each pixel counts only the
 // samples that could block a sector of its own, so that its result does not depend on the other pixels of the vector.
-INLINE partV part_of(const boundsV* within, floatV first, const columnV* column, floatV back, const edgeV* before,
-                     floatV inner, floatV outer, __global const tap_params* tap) {
+INLINE partV part_of(const boundsV* within, floatV first, floatV bottom, floatV inner, floatV outer) {
     const floatV low = within->low, high = within->high;
-    const floatV behind = (back + column->to_line) * tap->inverse_distance;
-    const floatV end = min(min(inner, outer), behind);
-    const floatV bottom = fma(before->meets, min(max(before->crease, first), end) - end, end);
     const intV counts = within->counts & (max(inner, outer) > first);
     const partV none = no_part();
     return (partV){select(none.bottom, max(min(bottom, high), low), counts),

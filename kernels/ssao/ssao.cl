@@ -165,33 +165,38 @@ INLINE intV sectors_of_taps(const sideV* side, const sourceV* from, const placeV
                             float to_crease, __global const tap_params* taps, uint rising) {
     intV covered = 0;
     partV parts = no_part();
-    columnV seen, next;
+    columnV last, seen, next;
     edgeV before, after;
     for (int known = -1; rising != 0; rising &= rising - 1) {
         const int i = 31 - clz(rising & -rising);
         __global const tap_params* const tap = taps + i;
         const uint at = at_tap(place, from->split, tap);
-        if (i == known)
+        if (i == known) {
+            last = seen;
             seen = next;
-        else
+        } else {
             seen = column_at(side, from->fronts, from->slopes, at, tap);
+        }
         const boundsV within = bounds_at(side, first, &seen, tap);
         if (!any_of(within.counts))
             continue;
         if (i == known) {
             before = after;
         } else {
-            const columnV last =
-                column_at(side, from->fronts, from->slopes, at_tap(place, from->split, tap - 1), tap - 1);
-            before = edge_of(side, &last, &seen, to_crease, tap);
+            last = column_at(side, from->fronts, from->slopes, at_tap(place, from->split, tap - 1), tap - 1);
+            before = edge_of(&last, &seen, tap);
         }
         known = i + 1;
         READ_NEXT(from->backs + at);
         next = column_at(side, from->fronts, from->slopes, at_any_tap(place, from->split, tap + 1), tap + 1);
-        after = edge_of(side, &seen, &next, to_crease, tap + 1);
+        after = edge_of(&seen, &next, tap + 1);
         const floatV inner = inner_end_of(side, &seen, &before, tap);
         const floatV outer = end_of(side, &seen, &after, tap[1].before, tap[1].inverse_inner);
-        const partV part = part_of(&within, first, &seen, LOAD(float, from->backs + at), &before, inner, outer, tap);
+        const floatV behind = (LOAD(float, from->backs + at) + seen.to_line) * tap->inverse_distance;
+        floatV bottom = min(min(inner, outer), behind);
+        if (to_crease > 0.0f)
+            bottom = down_to_crease(side, &last, &seen, tap, to_crease, first, bottom);
+        const partV part = part_of(&within, first, bottom, inner, outer);
         covered |= join(side, &parts, &part); // Therrien et al. 2023, algorithm 1, line 24
     }
     return covered | select((intV)0, sectors_of(side, &parts), parts.top >= parts.bottom);
