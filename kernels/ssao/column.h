@@ -207,13 +207,13 @@ INLINE partV no_part(void) {
 // to what the last sample sees, both meet in a crease, and nothing is open between them. A surface that is seen at a grazing
 // angle would leave dashes of light there.
 INLINE floatV down_to_crease(const sideV* side, const columnV* last, const columnV* column, __global const tap_params* tap,
-                             float to_crease, floatV first, floatV bottom) {
+                             float to_crease, const boundsV* within, floatV first, floatV bottom) {
     const floatV almost = (ALMOST * min(tap->gap, to_crease)) * min(column->tilt, FALLS * side->rises);
     const floatV beyond = fma(almost, (floatV)(1.0f / ALMOST + 1.0f), last->front - column->front);
-    const intV meets = (beyond > 0.0f) & (almost > 0.0f);
+    const floatV crease = tap->gap < tap->distance ? max(last->front * tap[-1].inverse_distance, first) : first;
+    const intV meets = (beyond > 0.0f) & (almost > 0.0f) & (crease < min(bottom, within->high)) & within->counts;
     if (!any_of(meets))
         return bottom;
-    const floatV crease = tap->gap < tap->distance ? max(last->front * tap[-1].inverse_distance, first) : first;
     const floatV part = select((floatV)0.0f, min(beyond * rough_inverse(almost), 1.0f), meets);
     return fma(part, min(crease, bottom) - bottom, bottom);
 }
