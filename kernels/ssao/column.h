@@ -203,12 +203,13 @@ INLINE partV no_part(void) {
 #define ALMOST 0.125f // of the way to a crease that a surface may lack, so that nothing changes at once
 #define FALLS 1.5f    // times the steepest slope that it falls along
 
-// (q - q_c) / s where the part that a sample blocks begins. If its surface, followed towards the pixel by `to_crease` pixels, comes down
-// to what the last sample sees, both meet in a crease, and nothing is open between them. A surface that is seen at a grazing
-// angle would leave dashes of light there.
-INLINE floatV down_to_crease(const sideV* side, const columnV* last, const columnV* column, __global const tap_params* tap,
+// (q - q_c) / s where the part that a sample blocks begins. If its surface, on which the next sample lies as well, comes down to what
+// the last sample sees when it is followed towards the pixel by `to_crease` pixels, both meet in a crease, and nothing is open
+// between them. A surface that is seen at a grazing angle would leave dashes of light there.
+INLINE floatV down_to_crease(const sideV* side, const columnV* last, const columnV* column, const columnV* next,
+                             __global const tap_params* tap,
                              float to_crease, const boundsV* within, floatV first, floatV bottom) {
-    const floatV almost = (ALMOST * min(tap->gap, to_crease)) * min(column->tilt, FALLS * side->rises);
+    const floatV almost = (ALMOST * min(tap->gap, to_crease)) * min(min(column->tilt, 2.0f * next->tilt), FALLS * side->rises);
     const floatV beyond = fma(almost, (floatV)(1.0f / ALMOST + 1.0f), last->front - column->front);
     const floatV crease = tap->gap < tap->distance ? max(last->front * tap[-1].inverse_distance, first) : first;
     const intV meets = (beyond > 0.0f) & (almost > 0.0f) & (crease < min(bottom, within->high)) & within->counts;

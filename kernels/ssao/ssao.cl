@@ -195,7 +195,7 @@ INLINE intV sectors_of_taps(const sideV* side, const sourceV* from, const placeV
         const floatV behind = (LOAD(float, from->backs + at) + seen.to_line) * tap->inverse_distance;
         floatV bottom = min(min(inner, outer), behind);
         if (to_crease > 0.0f)
-            bottom = down_to_crease(side, &last, &seen, tap, to_crease, &within, first, bottom);
+            bottom = down_to_crease(side, &last, &seen, &next, tap, to_crease, &within, first, bottom);
         const partV part = part_of(&within, first, bottom, inner, outer);
         covered |= join(side, &parts, &part); // Therrien et al. 2023, algorithm 1, line 24
     }
