@@ -179,7 +179,8 @@ TEST_CASE("npy: every type, byte order and order of axes", "[io]") {
         for (int x = 0; x < 64; ++x)
             append(bits, y < 12 ? 0.0f : 600.0f / (60.0f + 2.0f * static_cast<float>(y) + static_cast<float>(x)),
                    false);
-    check_says([&] { read_depth(put(folder / "bits.npy", bits)); }, {"bits.npy", "more than 24 bits", "save floats"});
+    check_says([&] { read_depth(put(folder / "bits.npy", bits)); },
+               {"bits.npy", "are the bits of floats", "save floats"});
     std::string halves = header("<f2", false, "(1, 2)");
     append<std::uint16_t>(halves, 0x3c00, false); // 1
     append<std::uint16_t>(halves, 0x7e00, false); // NaN

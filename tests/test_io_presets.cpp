@@ -266,7 +266,7 @@ TEST_CASE("presets: 16 bits in two channels, and fractions in four, are packed d
         });
         CHECK_NOTHROW(
             read_depth(folder / "a.png", {.packing = red_is_low ? Packing::rgb_red_low : Packing::rgb_red_high}));
-        check_says([&] { read_depth(folder / "a.png"); }, {"say so in the camera file", "rgb-low-first"});
+        check_says([&] { read_depth(folder / "a.png"); }, {"16 bits in two of its channels", "16-bit integers"});
     }
     // Fractions, also those whose bits would be those of floats from 2 to 32, which rise alike at all of the powers of two.
     for (const auto& [first, part] : {std::pair{0.0, 1.0}, {0.25, 0.0078}}) {
@@ -279,20 +279,121 @@ TEST_CASE("presets: 16 bits in two channels, and fractions in four, are packed d
     }
 }
 
-TEST_CASE("presets: depth that a colour map paints is refused under every packing", "[presets]") {
-    const TempFolder folder;
-    const std::string file = (folder / "a.png").string();
-    cv::Mat grey(120, 160, CV_8UC1), painted;
-    for (int i = 0; i < 120 * 160; ++i)
-        grey.at<uchar>(i / 160, i % 160) = static_cast<uchar>(20 + i % 160 + i / 320);
-    for (const int map : {cv::COLORMAP_JET, cv::COLORMAP_TURBO, cv::COLORMAP_VIRIDIS, cv::COLORMAP_BONE})
-        for (const Packing packing : {Packing::rgb_red_low, Packing::rgb_red_high}) {
-            cv::applyColorMap(grey, painted, map);
-            REQUIRE(cv::imwrite(file, painted));
-            INFO("map " << map);
-            CHECK_THAT(refusal([&] { read_depth(file, {.packing = packing, .as_counted = true}); }),
-                       ContainsSubstring("like the colours of a picture"));
+TEST_CASE("presets: depth that a colour map paints is refused under every packing, and no packed depth is",
+          "[presets]") {
+    constexpr int wide_px = 160, high_px = 120;
+    Camera camera;
+    camera.projection = perspective(1.05, static_cast<double>(wide_px) / high_px, {0.1, 100});
+    camera.width = wide_px;
+    camera.height = high_px;
+    camera.encoding = Encoding::view_z;
+    std::mt19937 random(8);
+    std::normal_distribution<double> noise;
+    struct Painted {
+        std::string name;
+        cv::Mat z; ///< metres, and infinity
+    };
+    std::vector<Painted> scenes;
+    for (const double part : {0.0, 0.003, 0.02}) {
+        const auto add = [&](const std::string& name, const auto& depth) {
+            cv::Mat z(high_px, wide_px, CV_64FC1);
+            for (int y = 0; y < high_px; ++y)
+                for (int x = 0; x < wide_px; ++x)
+                    z.at<double>(y, x) = depth(x, y) * (1 + part * noise(random));
+            scenes.push_back({name + " with noise of " + std::to_string(part), z});
+        };
+        for (const auto& [name, scene] : {std::pair{"room", scene::room()}, {"corridor", scene::corridor()}}) {
+            const scene::Rendered image = scene::render(scene, camera);
+            add(name, [&](int x, int y) { return image.z[static_cast<std::size_t>(y * wide_px + x)]; });
         }
+        add("ramp", [](int x, int) { return 1 + 0.05 * x; });
+        add("plane under a sky", [](int x, int y) { return y < 30 ? HUGE_VAL : 1 / (1 - 0.005 * y - 0.001 * x); });
+    }
+    const TempFolder folder;
+    const auto read = [&](const cv::Mat& pixels, Packing packing) {
+        REQUIRE(cv::imwrite((folder / "a.png").string(), pixels));
+        return refusal([&] { read_depth(folder / "a.png", {.packing = packing, .as_counted = true}); });
+    };
+    const auto in_four = [](const cv::Mat& bgr) {
+        cv::Mat bgra;
+        cv::cvtColor(bgr, bgra, cv::COLOR_BGR2BGRA);
+        return bgra;
+    };
+    // The others change in one channel for most of a scene.
+    const std::vector maps{cv::COLORMAP_JET,     cv::COLORMAP_HSV,    cv::COLORMAP_TURBO,    cv::COLORMAP_VIRIDIS,
+                           cv::COLORMAP_PLASMA,  cv::COLORMAP_MAGMA,  cv::COLORMAP_INFERNO,  cv::COLORMAP_PARULA,
+                           cv::COLORMAP_CIVIDIS, cv::COLORMAP_WINTER, cv::COLORMAP_COOL,     cv::COLORMAP_SUMMER,
+                           cv::COLORMAP_SPRING,  cv::COLORMAP_BONE,   cv::COLORMAP_TWILIGHT, cv::COLORMAP_PINK,
+                           cv::COLORMAP_AUTUMN};
+    for (const auto& [name, z] : scenes) {
+        cv::Mat grey(z.size(), CV_8UC1);
+        for (int i = 0; i < wide_px * high_px; ++i)
+            grey.at<uchar>(i / wide_px, i % wide_px) =
+                cv::saturate_cast<uchar>(255 * (z.at<double>(i / wide_px, i % wide_px) - 1) / 9);
+        for (const int map : maps) {
+            cv::Mat painted;
+            cv::applyColorMap(grey, painted, map);
+            if (map % 2) // another colour where nothing is
+                painted.setTo(cv::Scalar(255, 200, 120), z == HUGE_VAL);
+            INFO(name << ", map " << map);
+            for (const Packing packing : {Packing::rgb_red_low, Packing::rgb_red_high})
+                CHECK(read(painted, packing).find("like the colours of a picture") != std::string::npos);
+            for (const Packing packing : {Packing::rgba_red_low, Packing::rgba_red_high})
+                CHECK(read(in_four(painted), packing).find("like the colours of a picture") != std::string::npos);
+            REQUIRE(cv::imwrite((folder / "a.png").string(), painted));
+            CHECK(refusal([&] { read_depth(folder / "a.png"); }).find("packing") == std::string::npos);
+            if (map ==
+                cv::COLORMAP_AUTUMN) // which a depth buffer of 16 bits may look like, whose surfaces lie in the last 256th
+                CHECK(refusal([&] { read_depth(folder / "a.png", {.packing = Packing::rgb_red_high}); }) ==
+                      "(nothing was refused)");
+        }
+        // Numbers of 24 bits in many codes and in few, from 16 bits that fill them and with a sky.
+        for (const double range : {10.0, 100.0, 1000.0})
+            for (const double codes : {16777215.0, 65535.0, 4096.0, 256.0, 64.0, 10.0}) {
+                cv::Mat packed(z.size(), CV_8UC3);
+                for (int i = 0; i < wide_px * high_px; ++i) {
+                    const double part = std::min(z.at<double>(i / wide_px, i % wide_px) / range, 1.0);
+                    const auto code = static_cast<std::uint32_t>(std::round(part * codes) / codes * 16777215);
+                    for (int c = 0; c < 3; ++c)
+                        packed.at<cv::Vec3b>(i / wide_px, i % wide_px)[c] =
+                            static_cast<std::uint8_t>(code >> (16 - 8 * c));
+                }
+                INFO(name << ", " << codes << " codes to " << range << " m");
+                CHECK(read(packed, Packing::rgb_red_low) == "(nothing was refused)");
+                CHECK(read(in_four(packed), Packing::rgb_red_low) == "(nothing was refused)");
+            }
+    }
+}
+
+TEST_CASE("presets: the four bytes of a float are refused in any order, whatever its sky and its packing",
+          "[presets]") {
+    constexpr int wide_px = 160, high_px = 120;
+    const TempFolder folder;
+    const auto write = [&](const std::array<int, 4>& places, float unit, float sky) {
+        cv::Mat bgra(high_px, wide_px, CV_8UC4);
+        for (int y = 0; y < high_px; ++y)
+            for (int x = 0; x < wide_px; ++x) {
+                const double z = std::min(y > 60 ? 120.0 / (y - 60) : 1e9, 12 + 0.03 * x);
+                const auto bits = std::bit_cast<std::uint32_t>(y < 30 ? sky : unit * static_cast<float>(z));
+                for (int byte = 0; byte < 4; ++byte)
+                    bgra.at<cv::Vec4b>(y, x)[places[static_cast<std::size_t>(byte)]] =
+                        static_cast<std::uint8_t>(bits >> (8 * byte));
+            }
+        REQUIRE(cv::imwrite((folder / "a.png").string(), bgra));
+    };
+    for (const std::array<int, 4>& places : {std::array{2, 1, 0, 3}, {3, 0, 1, 2}, {0, 1, 2, 3}, {3, 2, 1, 0}})
+        for (const float unit : {1.0f, 1000.0f, 0.05f, -1.0f})
+            for (const float sky : {12.0f * unit, 0.0f, 1e10f, INFINITY, NAN}) {
+                INFO(places[0] << places[1] << places[2] << places[3] << ", " << unit << ", " << sky);
+                write(places, unit, sky);
+                for (const std::optional<Packing> packing : {std::optional<Packing>{},
+                                                             {Packing::rgb_red_low},
+                                                             {Packing::rgb_red_high},
+                                                             {Packing::rgba_red_low},
+                                                             {Packing::rgba_red_high}})
+                    check_says([&] { read_depth(folder / "a.png", {.packing = packing}); },
+                               {"a.png", "four bytes of floats", ".exr"});
+            }
 }
 
 TEST_CASE("presets: as text", "[presets]") {

@@ -5,6 +5,7 @@
 #include "text.hpp"
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
 #include <cstddef>
@@ -14,6 +15,116 @@
 #include <vector>
 
 namespace fathom {
+namespace io {
+namespace {
+
+/// Are four bytes those of a float, in any order? Fractions and colours are not: floats that are lengths have nearly the same sign and
+/// exponent everywhere, and their mantissa bends at powers of two.
+class FloatBytes {
+public:
+    /// Looks at B, G, R and A.
+    void add(const cv::Mat& bgra);
+
+    bool are_floats() const;
+
+private:
+    struct Order {
+        std::vector<std::uint32_t> lengths; ///< bits, without the sign
+        std::size_t others = 0, negative = 0, pairs = 0, smooth = 0;
+        Bends bends = {};
+
+        bool is_of_floats(std::size_t seen) const;
+    };
+    std::array<Order, 4> orders_ = {};
+    std::size_t seen_ = 0;
+};
+
+/// Places among B, G, R and A of the bytes of a number, from the lowest on: R, G, B, A and B, G, R, A in both byte orders.
+constexpr std::array<std::array<int, 4>, 4> places{{{2, 1, 0, 3}, {3, 0, 1, 2}, {0, 1, 2, 3}, {3, 2, 1, 0}}};
+
+std::uint32_t bits_of(const cv::Vec4b& bytes, const std::array<int, 4>& place) {
+    std::uint32_t bits = 0;
+    for (int i = 0; i < 4; ++i)
+        bits |= std::uint32_t{bytes[place[static_cast<std::size_t>(i)]]} << (8 * i);
+    return bits;
+}
+
+bool is_length(float value) {
+    return std::abs(value) > 1e-3f && std::abs(value) < 1e6f;
+}
+
+/// What is written where nothing is.
+bool is_no_length(float value) {
+    return !std::isfinite(value) || value == 0 || std::abs(value) >= 1e9f;
+}
+
+void FloatBytes::add(const cv::Mat& bgra) {
+    constexpr int step = 4;
+    std::vector<std::uint32_t> line;
+    for (std::size_t i = 0; i < places.size(); ++i) {
+        Order& order = orders_[i];
+        const auto bits = [&](int x, int y) { return bits_of(bgra.at<cv::Vec4b>(y, x), places[i]); };
+        const auto add_bends = [&] {
+            for (std::uint32_t& each : line)
+                each &= 0x7fffffff;
+            order.bends.add(line, 23);
+            line.clear();
+        };
+        for (int y = 0; y < bgra.rows; y += step) {
+            float before = std::nanf("");
+            for (int x = 0; x < bgra.cols; ++x) {
+                line.push_back(bits(x, y));
+                const auto value = std::bit_cast<float>(line.back());
+                if (is_length(value)) {
+                    if (x % step == 0) {
+                        order.lengths.push_back(line.back() & 0x7fffffff);
+                        order.negative += value < 0;
+                    }
+                    if (is_length(before)) {
+                        ++order.pairs;
+                        order.smooth += std::abs(value - before) <= 0.05f * std::abs(value);
+                    }
+                } else if (x % step == 0)
+                    order.others += !is_no_length(value);
+                before = value;
+            }
+            add_bends();
+        }
+        for (int x = 0; x < bgra.cols; x += step) {
+            for (int y = 0; y < bgra.rows; ++y)
+                line.push_back(bits(x, y));
+            add_bends();
+        }
+    }
+    seen_ += static_cast<std::size_t>((bgra.rows + step - 1) / step) *
+             static_cast<std::size_t>((bgra.cols + step - 1) / step);
+}
+
+bool FloatBytes::Order::is_of_floats(std::size_t seen) const {
+    const std::size_t count = lengths.size();
+    constexpr std::size_t least = 16;
+    if (count < least || 20 * count < seen || 50 * others > count || // but for a few that are wrong
+        (50 * negative > count && 50 * (count - negative) > count) || 10 * smooth < 7 * pairs)
+        return false;
+    std::vector<std::uint32_t> sorted = lengths;
+    const auto quantile = [&](std::size_t rank) {
+        std::ranges::nth_element(sorted, sorted.begin() + static_cast<std::ptrdiff_t>(rank));
+        return sorted[rank];
+    };
+    const std::uint32_t low = quantile(count / 100), high = quantile(count - 1 - count / 100);
+    // Lengths of one scene, which would be nearly one fraction, unless it rises alike below and above powers of two.
+    return std::bit_cast<float>(high) > 1.25f * std::bit_cast<float>(low) &&
+           static_cast<double>(high) < 1.1 * static_cast<double>(low) &&
+           (bends.of_numbers < 4 || bends.of_numbers <= 2 * bends.of_floats);
+}
+
+bool FloatBytes::are_floats() const {
+    return std::ranges::any_of(orders_, [&](const Order& order) { return order.is_of_floats(seen_); });
+}
+
+} // namespace
+} // namespace io
+
 namespace {
 
 using io::described;
@@ -41,16 +152,29 @@ cv::Mat of_bgra(const cv::Mat& bgra, bool red_is_lowest) {
     return values;
 }
 
+/// Are 32-bit integers the bits of floats?
+bool are_bits_of_floats(const cv::Mat& codes) {
+    io::FloatBytes bytes;
+    bytes.add(cv::Mat(codes.size(), CV_8UC4, codes.data, codes.step));
+    return bytes.are_floats();
+}
+
 /// Codes of 24 bits only: a buffer with a stencil beside its depth must not be decoded as if it had none.
 void check_codes(const std::filesystem::path& file, const cv::Mat& codes) {
     for (int y = 0; y < codes.rows; ++y)
         for (int x = 0; x < codes.cols; ++x)
-            if (const auto code = static_cast<std::uint32_t>(codes.at<int>(y, x)); code > 0xffffff)
-                refuse(file, "pixel (" + std::to_string(x) + ", " + std::to_string(y) + ") holds " +
-                                 std::to_string(code) +
-                                 ", more than 24 bits; if depth lies in the high bits say so: \"packing\": "
-                                 "\"uint24-high\"" +
-                                 "; if these are the bits of floats, save floats");
+            if (const auto code = static_cast<std::uint32_t>(codes.at<int>(y, x)); code > 0xffffff) {
+                if (are_bits_of_floats(codes))
+                    refuse(file, "is no depth: its 32-bit integers are the bits of floats; save floats (.exr, .npy or "
+                                 ".tif)");
+                refuse(file,
+                       "pixel (" + std::to_string(x) + ", " + std::to_string(y) + ") holds " + std::to_string(code) +
+                           ", more than 24 bits; if depth lies in the high bits say so: \"packing\": "
+                           "\"uint24-high\"" +
+                           (code > 0x7fffffff ? "; if the number is " +
+                                                    std::to_string(static_cast<std::int32_t>(code)) + ", save floats"
+                                              : std::string()));
+            }
 }
 
 /// Codes whose bits were rotated left by three.
@@ -71,6 +195,8 @@ cv::Mat first_three(const cv::Mat& image) {
 
 constexpr const char* four_bytes =
     "say \"packing\": \"rgba-low-first\" or \"rgba-high-first\" for a fraction in four bytes";
+constexpr const char* bytes_of_floats =
+    "the four bytes of floats lie in R, G, B and A, and no number that these pack; save floats (.exr, .npy or .tif)";
 
 /// Packed depth has R, G and B of its own, which change as digits do. A picture of depth has them equal, with more than the two ends
 /// of the range, or they change as its colours do.
@@ -78,8 +204,11 @@ struct Colors {
     bool is_grey = true, has_steps = false, are_four = false; ///< four: of a packing that has them
     std::size_t pixels = 0, in_alpha = 0;                     // those whose alpha is neither end of its range
     ValueChanges changes = {};
+    io::FloatBytes floats = {};
 
     void add(const cv::Mat& image, const cv::Mat& bgr, Storage storage) {
+        if (image.channels() == 4)
+            floats.add(image);
         pixels += bgr.total();
         for (int y = 0; y < bgr.rows; ++y) {
             for (int x = 0; x < bgr.cols && is_grey; ++x) {
@@ -103,6 +232,8 @@ struct Colors {
         if (is_grey && has_steps && pixels > 64)
             refuse(file, "has R = G = B in every pixel: it is a grey picture of depth and holds no packed 24 bits; "
                          "save raw depth");
+        if (floats.are_floats())
+            refuse(file, std::string("is no depth: ") + bytes_of_floats);
         if (changes.are_of_a_picture(!options.as_counted))
             refuse(file,
                    "has bytes that change like the colours of a picture, and not like packed depth; depth that is "
@@ -121,19 +252,29 @@ std::string cure_for(const cv::Mat& image) {
     if (image.channels() < 3)
         return "save depth as 16-bit integers or as float, or say that it is depth and no picture (\"packing\": "
                "\"uint8\")";
-    const cv::Mat bgr = first_three(image);
     bool is_picture = true; // whichever of its bytes were the highest
+    const cv::Mat bgr = first_three(image);
+    const char* order = nullptr;
     for (const Storage storage : {Storage::bgr8_red_low, Storage::bgr8_red_high}) {
         Colors colors;
         colors.add(image, bgr, storage);
+        if (colors.floats.are_floats())
+            return bytes_of_floats;
         is_picture &= (colors.is_grey && colors.has_steps) || colors.changes.are_of_a_picture();
         if (colors.alpha_counts() && !is_picture)
             return four_bytes;
+        if (colors.changes.are_turned_round())
+            order = storage == Storage::bgr8_red_low ? "high" : "low";
     }
-    return is_picture
-               ? "a picture of depth cannot be decoded: save raw depth"
-               : "if it packs 24 bits into R, G and B, say so in the camera file (\"packing\": \"rgb-low-first\", or "
-                 "\"rgb-high-first\" where red is the highest byte)";
+    if (is_picture)
+        return "a picture of depth cannot be decoded: save raw depth";
+    cv::Mat used;
+    cv::reduce(bgr.reshape(1, static_cast<int>(bgr.total())), used, 0, cv::REDUCE_MAX);
+    if (order && cv::countNonZero(used) == 2)
+        return "it has 16 bits in two of its channels: save depth as one channel of 16-bit integers";
+    return text("if it packs 24 bits into R, G and B, say so in the camera file (\"packing\": \"rgb-",
+                order ? order : "low", "-first\"",
+                order ? ")" : ", or \"rgb-high-first\" where red is the highest byte)");
 }
 
 /// An image as depth, if its type and the packing that the camera file speaks of agree.
