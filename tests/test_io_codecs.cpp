@@ -238,6 +238,16 @@ TEST_CASE("codecs: a damaged JPEG is refused, or has the pixels that OpenCV read
     }
 }
 
+TEST_CASE("codecs: a JPEG whose end stands in a comment is refused", "[io]") {
+    Bytes file = jpeg_of(jpeg_forms[4]);
+    const Bytes scan{0xff, 0xda}, comment{0xff, 0xfe, 0, 4, 0xff, 0xd9};
+    const auto second = std::search(std::search(file.begin(), file.end(), scan.begin(), scan.end()) + 2, file.end(),
+                                    scan.begin(), scan.end());
+    REQUIRE(second != file.end());
+    file.insert(file.erase(second, file.end()), comment.begin(), comment.end());
+    check_says([&] { read("a.jpg", file); }, {"a.jpg: ends in the middle of the picture"});
+}
+
 TEST_CASE("codecs: Radiance pictures have the floats that OpenCV reads, and it reads ours", "[io]") {
     for (const cv::Size size :
          {cv::Size(7, 3), cv::Size(8, 3), cv::Size(300, 20), cv::Size(32767, 2), cv::Size(32768, 2)})
@@ -258,6 +268,7 @@ TEST_CASE("codecs: Radiance pictures have the floats that OpenCV reads, and it r
             const Bytes ours = io::radiance_bytes(bgr);
             CHECK(alike(by_opencv(ours), expected));
             CHECK(alike(read("a.hdr", ours), expected));
+            CHECK(static_cast<double>(ours.size()) < 1.01 * static_cast<double>(file.size()));
         }
 }
 
@@ -270,6 +281,12 @@ TEST_CASE("codecs: headers are read here, whatever OpenCV makes of them", "[io]"
     CHECK(alike(read("a.hdr", Bytes(longer.begin(), longer.end())), by_opencv(runs)));
     for (const std::string pgm : {"P2 2 1 255\n100.5 7\n", "P2 2 1 255\n1e1 7\n", "P2 2 1 255\n100,7 8\n"})
         check_says([&] { read("a.pgm", Bytes(pgm.begin(), pgm.end())); }, {"a.pgm: ", "where a number belongs"});
+    for (const std::string pgm : {"P2 2 1 255\n256 7\n", "P2 2 1 65535\n70000 7\n"})
+        check_says([&] { read("a.pgm", Bytes(pgm.begin(), pgm.end())); }, {"a.pgm: ", "beyond the largest"});
+    for (const std::string before : {"P5\n# a\r1 1 255\n2 1 255\n", "P5 2 1 255.0\n"}) {
+        const std::string pgm = before + "\x07\x08";
+        CHECK(alike(read("a.pgm", Bytes(pgm.begin(), pgm.end())), (cv::Mat_<unsigned char>(1, 2) << 7, 8)));
+    }
 }
 
 TEST_CASE("codecs: a Radiance picture without runs is read, and one that is damaged is refused", "[io]") {

@@ -214,7 +214,7 @@ TEST_CASE("damage: an EXR whose tiles are far larger than its image is refused",
                {"tiles.exr: has tiles of 23000 x 23000 pixels", "smaller tiles"});
 }
 
-TEST_CASE("damage: files that are far longer than any image are refused unread", "[io]") {
+TEST_CASE("damage: files that are far longer than what they hold are refused unread", "[io]") {
     constexpr std::uintmax_t bytes = std::uintmax_t{20} << 30; // of zeros, which take no room on the disk
     const TempFolder folder;
     const std::string ihdr("\0\0\0\rIHDR\0\0\0\x0a\0\0\0\x0a", 16);
@@ -232,7 +232,7 @@ TEST_CASE("damage: files that are far longer than any image are refused unread",
     }
     const auto noise = put(folder / "noise.png", "xx");
     fs::resize_file(noise, bytes);
-    check_says([&] { read_depth(noise); }, {"noise.png: has 21474836480 bytes"});
+    check_says([&] { read_depth(noise); }, {"noise.png: is no image that holds depth"});
     const auto camera = put(folder / "camera.json", "{");
     fs::resize_file(camera, bytes);
     check_says([&] { read_camera(camera); }, {"camera.json: has 21474836480 bytes"});

@@ -371,6 +371,10 @@ TEST_CASE("npz: without a name the only image is taken, or the one that is calle
     CHECK(value({{"Depth.npy", of(5)}, {"rgb.npy", of(1)}}) == 5);
     check_says([&] { value({{"a.npy", of(1)}, {"b.npy", of(2)}}); }, {"holds several arrays", "a, b, focallength_px"});
     check_says([&] { value({}); }, {"holds several arrays"});
+    std::string twice = Zip{false, {{"a.npy", of(1)}, {"b.npy", of(2)}}}.bytes();
+    for (std::size_t at = 0; (at = twice.find("b.npy", at)) != std::string::npos;)
+        twice[at] = 'a';
+    check_says([&] { read_depth(put(folder / "twice.npz", twice)); }, {"two members named \"a.npy\""});
     check_says([&] { read_depth(put(folder / "empty.npz", "PK\5\6" + std::string(18, '\0'))); },
                {"without a NumPy array"});
 }

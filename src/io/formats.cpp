@@ -6,6 +6,9 @@
 #include <zlib.h>
 
 #include <algorithm>
+#include <cctype>
+#include <cmath>
+#include <cstdio>
 #include <limits>
 #include <memory>
 #include <string_view>
@@ -61,9 +64,51 @@ void refuse_layer(const std::filesystem::path& file, const std::string& layer) {
     refuse(file, "is no OpenEXR file and has no layer \"" + layer + "\"; leave it out (--color-layer of the program)");
 }
 
+namespace {
+
+/// The most bytes of a file that begins so, as far as its beginning says it.
+std::uint64_t most_bytes(const std::string& head) {
+    constexpr double pixel_bytes = 2 * 4 * 8; // twice four doubles
+    constexpr double beside = 64 << 20;       // of metadata
+    constexpr std::uint64_t unknown = std::numeric_limits<std::uint64_t>::max(), jpeg = std::uint64_t{8} << 30;
+    const auto big_endian = [&](std::size_t at) {
+        double number = 0;
+        for (std::size_t i = at; i < at + 4; ++i)
+            number = number * 256 + static_cast<unsigned char>(head[i]);
+        return number;
+    };
+    double width = 0, height = 0, channels = 1;
+    const std::size_t shape = head.starts_with("\x93NUMPY") ? head.find('(') : std::string::npos;
+    if (head.starts_with("II") || head.starts_with("MM") || head.starts_with("PK"))
+        return unknown;
+    if (head.starts_with("\xff\xd8\xff") || head.starts_with("#?"))
+        return jpeg;
+    if (head.starts_with("\x89PNG") && head.size() >= 24) {
+        width = big_endian(16);
+        height = big_endian(20);
+    } else if (shape != std::string::npos) {
+        if (std::sscanf(head.c_str() + shape, "(%lf ,%lf ,%lf", &height, &width, &channels) < 2)
+            return unknown;
+    } else if (head.starts_with('P')) {
+        if (std::sscanf(head.c_str(), "P%*c%lf%lf", &width, &height) < 2) // comments may stand between them
+            return unknown;
+    } else if (std::isdigit(static_cast<unsigned char>(head.empty() ? '?' : head.front()))) {
+        if (std::sscanf(head.c_str(), "%lf&%lf&%lf&", &width, &height, &channels) < 3)
+            return 0;
+    } else {
+        return 0;
+    }
+    const double most = pixel_bytes * std::abs(width * height * channels) + beside;
+    return most < 0x1p63 ? static_cast<std::uint64_t>(most) : unknown; // too many pixels are refused later
+}
+
+} // namespace
+
 PictureFile read_image(const std::filesystem::path& file, const Wanted& wanted, const ReadOptions& options) {
     constexpr std::uint64_t largest = most_pixels * 16; // four floats a pixel
-    Bytes bytes = read_file(file, std::min<std::uint64_t>(largest, usable_memory()));
+    Bytes bytes = read_head(file, 4096);
+    if (const std::uint64_t most = most_bytes(std::string(bytes.begin(), bytes.end())); most > 0)
+        bytes = read_file(file, std::min({most, largest, std::uint64_t{usable_memory()}}));
     if (auto array = read_npz(file, bytes, options.channel, options.memory))
         return {.image = *array};
     if (!options.channel.empty())

@@ -23,6 +23,7 @@
 #include <memory>
 #include <numeric>
 #include <optional>
+#include <set>
 #include <vector>
 
 namespace fathom::cli {
@@ -63,6 +64,14 @@ std::vector<Job> jobs_of(const ShowArguments& options) {
     std::erase_if(jobs, [](const Job& job) { return job.in_sequence && job.input.native().ends_with(own_ending); });
     if (jobs.empty())
         throw Error(options.files.inputs.arguments.front() + ": holds pictures of fathom show only; name the results");
+    std::set<fs::path> taken;
+    for (const Job& job : jobs) {
+        const fs::path& output = job.outputs.front();
+        if (std::ranges::any_of(jobs, [&](const Job& other) { return io::is_same(other.input, output); }))
+            throw UsageError(output.native() + ": is a file to show; give another name for its picture");
+        if (!taken.insert(output).second)
+            throw UsageError(output.native() + ": would be the picture of two files; show them one by one");
+    }
     return jobs;
 }
 
@@ -274,7 +283,7 @@ void announce(const ShowArguments& options, const Job& job, const Viewed& viewed
 
 void show(const ShowArguments& options, const Job& job) {
     if (!job.missing.empty())
-        throw Error(fmt::format("{}: is not there; --missing skip leaves such frames out", job.missing.native()));
+        throw Error(fmt::format("{}: is not there any more; run it again", job.missing.native()));
     Viewed viewed = read_viewed(job.input, options.channel);
     find_marked(viewed);
     if (options.range && viewed.kind != Viewed::Kind::values)

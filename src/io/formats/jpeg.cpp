@@ -8,7 +8,6 @@
 #include <opencv2/imgcodecs.hpp>
 
 #include <algorithm>
-#include <iterator>
 #include <string_view>
 
 namespace fathom::io {
@@ -17,9 +16,9 @@ namespace {
 using namespace std::string_view_literals;
 
 constexpr std::string_view exif_name = "Exif\0\0"sv, icc_name = "ICC_PROFILE\0"sv;
-constexpr unsigned char start_of_scan = 0xda, app1 = 0xe1, app2 = 0xe2, first_arithmetic = 0xc9;
-constexpr unsigned char end_of_image[] = {0xff, 0xd9};
-constexpr std::string_view frame_markers = "\xc0\xc1\xc2\xc3\xc5\xc6\xc7\xc9\xca\xcb\xcd\xce\xcf";
+constexpr unsigned char end_of_image = 0xd9, start_of_scan = 0xda, app1 = 0xe1, app2 = 0xe2;
+constexpr std::string_view frame_markers = "\xc0\xc1\xc2\xc3\xc5\xc6\xc7\xc9\xca\xcb\xcd\xce\xcf",
+                           arithmetic_markers = "\xc9\xca\xcb\xcd\xce\xcf";
 constexpr std::size_t longest_segment = 65533;        // bytes behind the length
 constexpr std::size_t icc_head = icc_name.size() + 2; // and the number of this part, and of all
 
@@ -37,42 +36,55 @@ void append_segment(Bytes& bytes, unsigned char marker, std::string_view name, V
     bytes.insert(bytes.end(), content.begin(), content.end());
 }
 
-[[noreturn]] void refuse_cut(const std::filesystem::path& file) {
-    refuse(file, "ends in the middle of the picture; write or copy it again");
+/// The end of the codes of a scan: at a marker that is no restart.
+std::size_t end_of_codes(View bytes, std::size_t at) {
+    const auto is_marker = [&] {
+        return bytes[at] == 0xff && bytes[at + 1] != 0 && bytes[at + 1] != 0xff &&
+               (bytes[at + 1] < 0xd0 || bytes[at + 1] > 0xd7);
+    };
+    while (at + 1 < bytes.size() && !is_marker())
+        ++at;
+    return at;
 }
 
 } // namespace
 
 PictureFile read_jpeg(const std::filesystem::path& file, Bytes& bytes) {
     PictureFile picture;
+    const auto cut_short = [&] { refuse(file, "ends in the middle of the picture; write or copy it again"); };
     cv::Size size;
-    auto most = std::optional(expansion::jpeg);
+    bool arithmetic = false;
     const View all(bytes);
-    std::size_t at = 2;
-    for (unsigned char marker = 0; marker != start_of_scan;) {
+    for (std::size_t at = 2;;) {
         while (at + 1 < all.size() && all[at] == 0xff && all[at + 1] == 0xff) // fill bytes
             ++at;
+        if (at + 2 > all.size() || all[at] != 0xff)
+            cut_short();
+        const unsigned char marker = all[at + 1];
+        if (marker == end_of_image)
+            break;
         const std::size_t length = at + 4 > all.size() ? 0 : std::size_t{all[at + 2]} << 8 | all[at + 3];
-        if (length < 2 || length > all.size() - at - 2 || all[at] != 0xff)
-            refuse_cut(file);
-        marker = all[at + 1];
+        if (length < 2 || length > all.size() - at - 2)
+            cut_short();
         const View content = all.subspan(at + 4, length - 2);
         at += 2 + length;
         if (marker == app1 && begins_with(content, exif_name) && picture.exif.empty())
             picture.exif.assign(content.begin() + exif_name.size(), content.end());
         if (marker == app2 && begins_with(content, icc_name) && content.size() > icc_head)
             picture.icc.insert(picture.icc.end(), content.begin() + icc_head, content.end());
-        if (frame_markers.find(static_cast<char>(marker)) != frame_markers.npos && content.size() >= 6) {
-            size = {content[3] << 8 | content[4], content[1] << 8 | content[2]};
-            check_size(file, size.width, size.height);
-            if (marker >= first_arithmetic)
-                most = std::nullopt;
+        const auto number = [&](std::size_t i) { return content[i] << 8 | content[i + 1]; };
+        const auto is_one_of = [&](std::string_view markers) {
+            return markers.find(static_cast<char>(marker)) != markers.npos;
+        };
+        if (is_one_of(frame_markers) && content.size() >= 6) {
+            check_size(file, number(3), number(1));
+            size = {number(3), number(1)};
+            arithmetic |= is_one_of(arithmetic_markers);
         }
+        if (marker == start_of_scan)
+            at = end_of_codes(all, at);
     }
-    const View codes = all.subspan(at);
-    if (std::search(codes.begin(), codes.end(), std::begin(end_of_image), std::end(end_of_image)) == codes.end())
-        refuse_cut(file);
-    check_holds(file, size, 1, bytes.size(), most);
+    check_holds(file, size, 1, bytes.size(), arithmetic ? std::nullopt : std::optional(expansion::jpeg));
     picture.image = decoded(file, bytes, size);
     return picture;
 }

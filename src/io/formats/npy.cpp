@@ -267,6 +267,11 @@ std::vector<Member> Archive::members() const {
         is_wide = found.packed == wide || found.size == wide || found.offset == wide;
         at += 46 + found.name.size() + number(at + 30, 2) + number(at + 32, 2);
     }
+    std::vector<std::string_view> names(all.size());
+    std::ranges::transform(all, names.begin(), [](const Member& each) { return std::string_view(each.name); });
+    std::ranges::sort(names);
+    if (const auto twice = std::ranges::adjacent_find(names); twice != names.end())
+        refuse(file_, "has two members named \"" + printable(std::string(*twice)) + "\"; write it again");
     if (is_wide)
         refuse(file_, "is an archive of 4 GiB or of 65535 members, which is not read; save the array alone");
     return all;

@@ -10,6 +10,7 @@
 #include <array>
 #include <cmath>
 #include <string_view>
+#include <utility>
 
 namespace fathom::io {
 namespace {
@@ -47,7 +48,7 @@ Bytes png_chunk(std::string_view type, View content) {
 PictureFile read_png(const std::filesystem::path& file, Bytes& bytes) {
     PictureFile picture;
     std::optional<double> gamma;
-    bool srgb = false;
+    bool srgb = false, has_profile = false;
     Bytes kept(bytes.begin(), bytes.begin() + png_signature);
     cv::Size size;
     std::uint64_t pixel_bits = 0, compressed = 0;
@@ -77,7 +78,7 @@ PictureFile read_png(const std::filesystem::path& file, Bytes& bytes) {
             picture.exif.assign(content.begin(), content.end());
         if (type == "iCCP") { // a name, a zero, the method of compression
             const auto name = static_cast<std::size_t>(std::ranges::find(content, 0) - content.begin());
-            if (name + 2 < content.size())
+            if (name + 2 < content.size() && !std::exchange(has_profile, true))
                 picture.icc = inflated(content.subspan(name + 2), largest_profile, MAX_WBITS);
         }
         rest = rest.subspan(chunk.size());

@@ -4,8 +4,6 @@
 // Source: Debevec's PFM notes; netpbm's pgm(5); "File formats" of Radiance's manual.
 #include "codecs.hpp"
 
-#include <fathom/error.hpp>
-
 #include <opencv2/core.hpp>
 
 #include <algorithm>
@@ -76,6 +74,39 @@ void check_rows(const std::filesystem::path& file, const MapHeader& header, std:
                          " pixels do not fit into " + std::to_string(bytes) + " bytes; write or copy it again");
 }
 
+void check_code(const std::filesystem::path& file, double code, double largest) {
+    if (code > largest)
+        refuse(file,
+               "is damaged: a code is " + std::to_string(std::llround(code)) + ", beyond the largest; write it again");
+}
+
+constexpr int longest_run = 127, longest_list = 128;
+
+bool may_have_runs(int width) {
+    return width >= 8 && width <= 0x7fff;
+}
+
+void append_runs(Bytes& file, View row) {
+    const auto run_at = [&](std::size_t x) {
+        const auto end = row.begin() + static_cast<std::ptrdiff_t>(std::min(row.size(), x + longest_run));
+        const auto begin = row.begin() + static_cast<std::ptrdiff_t>(x);
+        return static_cast<std::size_t>(std::find_if(begin, end, [&](auto each) { return each != *begin; }) - begin);
+    };
+    for (std::size_t x = 0; x < row.size();) {
+        std::size_t count = run_at(x);
+        if (count > 2) {
+            file.insert(file.end(), {static_cast<unsigned char>(128 + count), row[x]});
+        } else {
+            for (count = 1; x + count < row.size() && count < longest_list && run_at(x + count) < 4;)
+                ++count;
+            file.push_back(static_cast<unsigned char>(count));
+            const View list = row.subspan(x, count);
+            file.insert(file.end(), list.begin(), list.end());
+        }
+        x += count;
+    }
+}
+
 std::string_view text_of(const Bytes& bytes) {
     return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
 }
@@ -105,6 +136,7 @@ std::optional<cv::Mat> read_pfm(const std::filesystem::path& file, const Bytes& 
 PictureFile read_pgm(const std::filesystem::path& file, Bytes& bytes, bool as_counted) {
     const std::string_view text = text_of(bytes);
     const auto [size, scale, end] = map_header(file, text);
+    check_size(file, size.width, size.height);
     if (!(scale >= 1 && scale <= 65535 && scale == std::floor(scale)))
         refuse(file, "counts to " + std::to_string(static_cast<long long>(scale > 0 ? std::min(scale, 1e9) : 0)) +
                          ", but a grey map counts to 1 to 65535; write it again");
@@ -116,22 +148,29 @@ PictureFile read_pgm(const std::filesystem::path& file, Bytes& bytes, bool as_co
     if (scale < 255 && !as_counted)
         refuse(file, "counts to " + std::to_string(static_cast<long long>(scale)) +
                          ", but 8-bit codes are taken to count to 255; stretch them to that range");
+    // OpenCV takes what is no number in a text for a blank, and a header otherwise than others: it gets bytes behind one of ours.
+    const std::size_t code_bytes = scale > 255 ? 2 : 1;
+    const std::string header = "P5\n" + std::to_string(size.width) + " " + std::to_string(size.height) +
+                               (code_bytes == 2 ? "\n65535\n" : "\n255\n");
+    Bytes codes(header.begin(), header.end());
     if (text[1] == '2') {
-        check_holds(file, size, 2, bytes.size(), 1); // a figure and a blank each
+        check_holds(file, size, 2, text.size(), 1); // a figure and a blank each
         std::size_t at = end;
-        for (std::string_view each = word(text, at); !each.empty(); each = word(text, at))
-            if (number<std::uint32_t>(file, each) > scale)
-                refuse(file, "is damaged: a code is " + std::string(each) + ", beyond the largest; write it again");
-        bytes.push_back('\n'); // without which OpenCV misses the last one
+        for (std::size_t i = 0; i < static_cast<std::size_t>(size.width) * static_cast<std::size_t>(size.height); ++i) {
+            const auto code = number<std::uint32_t>(file, word(text, at));
+            check_code(file, code, scale);
+            if (code_bytes == 2)
+                codes.push_back(static_cast<unsigned char>(code >> 8));
+            codes.push_back(static_cast<unsigned char>(code));
+        }
     } else {
-        check_rows(file, {size, scale, end}, bytes.size(), scale > 255 ? 2 : 1);
+        check_rows(file, {size, scale, end}, bytes.size(), code_bytes);
+        codes.insert(codes.end(), bytes.begin() + static_cast<std::ptrdiff_t>(end + 1), bytes.end());
     }
-    PictureFile map{.image = decoded(file, bytes, size)};
+    PictureFile map{.image = decoded(file, codes, size)};
     double most = 0;
     cv::minMaxLoc(map.image, nullptr, &most);
-    if (most > scale)
-        refuse(file,
-               "is damaged: a code is " + std::to_string(std::llround(most)) + ", beyond the largest; write it again");
+    check_code(file, most, scale);
     return map;
 }
 
@@ -161,15 +200,35 @@ PictureFile read_radiance(const std::filesystem::path& file, Bytes& bytes) {
     return {.image = decoded(file, plain, {static_cast<int>(width), static_cast<int>(height)})};
 }
 
-// OpenCV writes these through a file in /tmp, and does not tell when that is full: what it wrote is read again.
+// OpenCV writes these through a file in /tmp, and does not tell when that is full.
 Bytes radiance_bytes(const cv::Mat& bgr) {
-    cv::Mat light = bgr.clone();
-    cv::patchNaNs(light, 0);
-    light = cv::max(cv::min(light, cv::Scalar::all(1e38)), cv::Scalar::all(0)); // no other numbers are held
-    const Bytes file = encoded(".hdr", light);
-    Bytes copy = file;
-    if (!if_any([&] { return read_radiance("a .hdr", copy); }))
-        throw Error("a .hdr cannot be written through the folder of temporary files; free some space there (TMPDIR)");
+    const std::string head = std::string("#?RGBE\nFORMAT=32-bit_rle_rgbe\n\n-Y ") + std::to_string(bgr.rows) + " +X " +
+                             std::to_string(bgr.cols) + "\n";
+    Bytes file(head.begin(), head.end());
+    cv::Mat codes(4, bgr.cols, CV_8U);
+    for (int y = 0; y < bgr.rows; ++y) {
+        for (int x = 0; x < bgr.cols; ++x) {
+            cv::Vec3f light = bgr.at<cv::Vec3f>(y, x);
+            for (float& each : light.val) // it holds no negative values, NaN or infinity
+                each = each > 0 ? std::min(each, 1e38f) : 0.0f;
+            int exponent = -128;
+            if (const float most = *std::ranges::max_element(light.val); most >= 1e-32f)
+                std::frexp(most, &exponent);
+            const float scale = exponent == -128 ? 0.0f : std::ldexp(1.0f, 8 - exponent);
+            for (int c = 0; c < 3; ++c)
+                codes.at<unsigned char>(c, x) = static_cast<unsigned char>(light[2 - c] * scale);
+            codes.at<unsigned char>(3, x) = static_cast<unsigned char>(exponent + 128);
+        }
+        if (!may_have_runs(bgr.cols)) {
+            const cv::Mat pixels = codes.t();
+            file.insert(file.end(), pixels.datastart, pixels.dataend);
+            continue;
+        }
+        file.insert(file.end(),
+                    {2, 2, static_cast<unsigned char>(bgr.cols >> 8), static_cast<unsigned char>(bgr.cols & 255)});
+        for (int c = 0; c < 4; ++c)
+            append_runs(file, {codes.ptr(c), codes.ptr(c) + bgr.cols});
+    }
     return file;
 }
 

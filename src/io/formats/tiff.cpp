@@ -95,10 +95,11 @@ public:
         return count;
     }
 
-    /// A strip or tile as it is packed, of a file of so many bytes.
-    Bytes packed(std::uint32_t number, bool tiled, std::uint64_t stored) const {
+    /// A strip or tile as it is packed. `left`: bytes of the file that the others leave, of which it takes its own.
+    Bytes packed(std::uint32_t number, bool tiled, std::uint64_t& left) const {
         const std::uint64_t size = lib_.size_of(tiff_.get(), number);
-        Bytes bytes(size <= stored ? size : 0);
+        Bytes bytes(size <= left ? size : 0);
+        left -= bytes.size();
         const auto read = tiled ? lib_.read_packed_tile : lib_.read_packed;
         if (bytes.empty() ||
             read(tiff_.get(), number, bytes.data(), static_cast<tmsize_t>(size)) != static_cast<tmsize_t>(size))
@@ -175,6 +176,8 @@ private:
             refuse(file_, "has samples of " + std::to_string(bits_) + " bits and of SampleFormat " +
                               std::to_string(format_) +
                               ", which are not read; save depth as 16-bit unsigned integers or as float");
+        if (bits_ == 16 && tiff_.value<std::uint16_t>(TIFFTAG_PREDICTOR, PREDICTOR_NONE) == PREDICTOR_FLOATINGPOINT)
+            refuse(file_, "has halves behind a predictor for floats, which is not read; save it without a predictor");
         if (!tiff_expansions.contains(compression_))
             refuse(file_, "has compression " + std::to_string(compression_) +
                               ", which is not read in a TIFF (JPEG, WebP and LERC among others); save it with Deflate");
@@ -203,10 +206,11 @@ private:
     void check_pieces() {
         const std::uint32_t across = (width_ + columns_ - 1) / columns_,
                             pieces = across * ((height_ + rows_ - 1) / rows_);
+        std::uint64_t left = stored_; // pieces that share bytes would take long
         for (std::uint32_t i = 0; i < pieces; ++i) {
             const std::uint32_t rows_there = tiled_ ? rows_ : std::min(rows_, height_ - i * rows_);
             const std::uint64_t row = std::uint64_t{columns_} * samples_ * bits_ / 8,
-                                held = inflated(tiff_.packed(i, tiled_, stored_), row * rows_ + 1, MAX_WBITS).size();
+                                held = inflated(tiff_.packed(i, tiled_, left), row * rows_ + 1, MAX_WBITS).size();
             is_padded_ = rows_there < rows_ && held == row * rows_;
             if (held > row * rows_there && !is_padded_)
                 refuse(file_, std::string("has a ") + (tiled_ ? "tile" : "strip") +
