@@ -148,6 +148,7 @@ NB_MODULE(_fathom, module) {
     using namespace fathom::python;
     module.doc() = "Exact post-processing of depth images.";
     module.attr("_version") = FATHOM_VERSION;
+    static_cast<void>(is_plain(module)); // looks NumPy's type up before threads could wait for each other
     const auto error = nb::exception<fathom::Error>(module, "Error", PyExc_RuntimeError);
     error.doc() = "A failure of the device, its driver or a file.";
     nb::exception<fathom::NoDevice>(module, "NoDevice", error.ptr()).doc() =
