@@ -169,3 +169,77 @@ TEST_CASE("grow_foreground: a pixel takes the nearest surface within so many pix
         CHECK_THROWS_AS(grow_foreground(stored, Image(device, Element::f32, {5, 4}), 1), std::invalid_argument);
     }
 }
+
+// A filled pixel has the value of a pixel of its row, or of another row where its own has none. An upsampled one lies between the
+// depths within two pixels of the depth image, or is background or invalid as one of them is.
+TEST_CASE("fill_invalid and upsample_along_edges: random images stay among the depths around a pixel", "[linearize]") {
+    constexpr unsigned images = 5000;
+    constexpr double rounding = 0x1p-22; // of a mean of floats
+    const Device device = oracle::device();
+    std::mt19937 random(12);
+    const auto real = [&](double least, double most) {
+        return static_cast<float>(std::uniform_real_distribution(least, most)(random));
+    };
+    long filled_from_elsewhere = 0, outside = 0;
+    for (unsigned n = 0; n < images; ++n) {
+        const int width = 1 + static_cast<int>(random() % 9), height = 1 + static_cast<int>(random() % 7),
+                  times = 1 + static_cast<int>(random() % 3), kinds = 1 + static_cast<int>(random() % 20);
+        const Camera camera{.projection = perspective(1.0, 1.0 * width / height, {0.01, 100}),
+                            .width = width,
+                            .height = height,
+                            .encoding = Encoding::view_z};
+        std::vector<float> depth(static_cast<std::size_t>(width * height)),
+            color(static_cast<std::size_t>(3 * width * height * times * times));
+        for (float& z : depth) {
+            const int kind = static_cast<int>(random() % 40);
+            z = kind >= kinds ? real(0.1, 9) : kind % 4 == 0 ? INFINITY : kind % 4 == 1 ? real(1e-4, 1e4) : NAN;
+        }
+        for (float& value : color)
+            value = random() % 50 == 0 ? 65504.0f : real(0, 1);
+        const StoredDepth stored{Image::from_host(device, Element::f32, depth.data(), {width, height}), camera};
+        const auto values = [](const Image& image) {
+            std::vector<float> all(static_cast<std::size_t>(image.width() * image.height()));
+            image.download(all.data());
+            return all;
+        };
+        const auto z_at = [&](int x, int y) {
+            return depth[static_cast<std::size_t>(std::clamp(y, 0, height - 1) * width + std::clamp(x, 0, width - 1))];
+        };
+
+        const std::vector<float> filled = values(fill_invalid(stored).image);
+        for (int y = 0; y < height; ++y) {
+            const auto row = depth.begin() + y * width;
+            const bool has_any = std::any_of(row, row + width, [](float z) { return !std::isnan(z); });
+            for (int x = 0; x < width; ++x) {
+                const float is = filled[static_cast<std::size_t>(y * width + x)];
+                const auto first = has_any ? row : depth.begin(), last = has_any ? row + width : depth.end();
+                const bool is_known = std::find(first, last, is) != last;
+                filled_from_elsewhere += !is_known && !std::all_of(first, last, [](float z) { return std::isnan(z); });
+            }
+        }
+
+        const Image picture = Image::from_host(device, Element::f32, color.data(), {width * times, height * times, 3});
+        const std::vector<float> fine = values(upsample_along_edges(stored, picture).image);
+        for (int y = 0; y < height * times; ++y)
+            for (int x = 0; x < width * times; ++x) {
+                double least = INFINITY, most = 0;
+                bool background = false, invalid = false;
+                for (int v = y / times - 2; v <= y / times + 2; ++v)
+                    for (int u = x / times - 2; u <= x / times + 2; ++u) {
+                        const float z = z_at(u, v);
+                        background |= std::isinf(z);
+                        invalid |= std::isnan(z);
+                        if (std::isfinite(z)) {
+                            least = std::min<double>(least, z);
+                            most = std::max<double>(most, z);
+                        }
+                    }
+                const double is = fine[static_cast<std::size_t>(y * width * times + x)];
+                outside += std::isnan(is)   ? !invalid
+                           : std::isinf(is) ? !background
+                                            : is < least * (1 - rounding) || is > most * (1 + rounding);
+            }
+    }
+    CHECK(filled_from_elsewhere == 0);
+    CHECK(outside == 0);
+}
