@@ -139,6 +139,29 @@ TEST_CASE("Popov: our constants are his, symbol by symbol", "[articles]") {
               << ")\n";
 }
 
+TEST_CASE("Popov: what is not depth may be computed at the corners and interpolated", "[articles]") {
+    // 1/z = Z d + B(x, y): B is affine in the pixel, so four corners (a full-screen quad) give it exactly.
+    const Camera camera =
+        camera_of(with_oblique_near_plane(perspective(off_centre, {0.5, 100}), {0.3, 0.2, -0.9, -2}), 161, 121);
+    const auto& p = camera.projection.matrix;
+    const auto b_of_clip = [&](Real x, Real y) { // from a vertex position in clip space, w = 1
+        const Real bx = -p(2, 0) / (p(0, 0) * p(2, 3)), by = -p(2, 1) / (p(1, 1) * p(2, 3));
+        return bx * (x + p(0, 2)) + by * (y + p(1, 2)) + p(2, 2) / p(2, 3);
+    };
+    for (const Real x : {0.5L, 40.0L, 160.5L})
+        for (const Real y : {0.5L, 77.5L}) {
+            const Real s = x / camera.width, t = y / camera.height;
+            const Real b = (1 - t) * ((1 - s) * b_of_clip(-1, 1) + s * b_of_clip(1, 1)) +
+                           t * ((1 - s) * b_of_clip(-1, -1) + s * b_of_clip(1, -1));
+            for (const double d : {0.0, 0.3, 0.9}) {
+                const Real z = 1 / ((2 * Real{d} - 1) / p(2, 3) + b);
+                const Real ours =
+                    view_depth(camera, Storage::float32, static_cast<double>(x), static_cast<double>(y), d);
+                REQUIRE(std::abs(ours / z - 1) <= constants_tolerance * 64); // κ of these points is below 64
+            }
+        }
+}
+
 TEST_CASE("Popov: the programs of listing 1 give the depth behind a fragment, with the sign of eq. 9 turned",
           "[articles]") {
     // He draws a triangle and asks for the depth of what the buffer holds behind it, at the same pixel. The vertex
@@ -183,6 +206,28 @@ TEST_CASE("Popov: the programs of listing 1 give the depth behind a fragment, wi
                 }
             }
     std::cout << "Popov: listing 1 with eq. 8 and the turned eq. 9, worst relative error " << worst << "\n";
+}
+
+TEST_CASE("Lengyel: a near plane parallel to the old one gives the ordinary matrix back", "[articles]") {
+    Real worst = 0;
+    for (const Kind& kind : kinds()) {
+        const Projection& p = kind.projection;
+        INFO(kind.name);
+        const Projection same = with_oblique_near_plane(p, plane_of(p.convention.view_axes, {0, 0, -1}, -0.5));
+        const Real error = (same.matrix - p.matrix).cwiseAbs().maxCoeff() / p.matrix.cwiseAbs().maxCoeff();
+        worst = std::max(worst, error);
+        REQUIRE(error <= constants_tolerance);
+        // Farther away: the matrix whose near distance that is.
+        if (kind.name == "OpenGL off-centre") {
+            const double n = 2, k = n / 0.5;
+            const Projection expected = perspective(
+                FrustumEdges{k * off_centre.left, k * off_centre.right, k * off_centre.bottom, k * off_centre.top},
+                {n, 100});
+            REQUIRE((with_oblique_near_plane(p, {0, 0, -1, -n}).matrix - expected.matrix).cwiseAbs().maxCoeff() <=
+                    constants_tolerance);
+        }
+    }
+    std::cout << "Lengyel: plane parallel to the near plane, worst relative difference of an element " << worst << "\n";
 }
 
 TEST_CASE("Lengyel: the new row is eq. 14 with the corner of eq. 15", "[articles]") {
@@ -278,6 +323,52 @@ TEST_CASE("Lengyel: the plane becomes the near value, the far plane touches the 
     REQUIRE(planes > 2000);
     std::cout << "Lengyel: " << planes << " planes; near value off by at most " << worst_near << ", far corner by "
               << worst_corner << ", the line of near and far plane by " << worst_line << "\n";
+}
+
+TEST_CASE("Lengyel: the depth attainable in a direction", "[articles]") {
+    // With a plane of unit normal N at distance δ from the camera centre, kept points ahead, D the ray that covers a depth
+    // of one and D_Q the ray of the corner that the far plane touches:
+    //   1/z_far(D) = 1/f − N·(D_Q − D)/δ          where the far plane cuts the ray; never, when that is ≤ 0
+    //   v(z, D) = v_n + (v_f − v_n)(N·D − δ/z)/(N·D_Q − δ/f)      the clip value of depth z
+    Real worst_far = 0, worst_value = 0;
+    for (const double far : {100.0, infinity})
+        for (const DepthOrder order : {DepthOrder::standard, DepthOrder::reversed}) {
+            const Projection plain = perspective(off_centre, {0.5, far, order});
+            const Rays ray = camera_rays(camera_of(plain));
+            for (const double degrees : {0.0, 10.0, 30.0, 50.0, 60.0}) {
+                const Real angle = degrees * std::numbers::pi / 180;
+                const Eigen::Vector4d plane(static_cast<double>(std::sin(angle)), 0,
+                                            -static_cast<double>(std::cos(angle)), -2);
+                const Point normal = plane.head<3>().cast<Real>();
+                const Camera camera = camera_of(with_oblique_near_plane(plain, plane));
+                Real corner = -infinity;
+                for (const Real x : {0, 64})
+                    for (const Real y : {0, 32})
+                        corner = std::max(corner, normal.dot(ray.direction * Point(x, y, 1)));
+                for (const double x : {0.5, 32.0, 63.5}) {
+                    const Real along = normal.dot(ray.direction * Point(x, 16, 1));
+                    const Real inverse = 1 / Real{far} - (corner - along) / 2;
+                    const double z = attainable_depth(camera, x, 16);
+                    INFO(degrees << " degrees, far " << far << ", x " << x << ": " << z << ", 1/z " << inverse);
+                    if (inverse <= 0)
+                        REQUIRE(z == infinity);
+                    else {
+                        worst_far = std::max(worst_far, std::abs(z * inverse - 1));
+                        REQUIRE(std::abs(z * inverse - 1) <= on_plane_tolerance);
+                        REQUIRE(z >= far * (1 - 1e-15)); // the far plane never cuts into the old volume
+                    }
+                    for (const double depth : {10.0, 90.0}) {
+                        const Real share = (along - 2 / Real{depth}) / (corner - 2 / Real{far});
+                        const Real stored = order == DepthOrder::reversed ? 1 - share : share;
+                        const Real error = std::abs(stored_depth(camera, Storage::float32, x, 16, depth) - stored);
+                        worst_value = std::max(worst_value, error);
+                        REQUIRE(error <= on_plane_tolerance);
+                    }
+                }
+            }
+        }
+    std::cout << "Lengyel: attainable depth, worst relative error " << worst_far << "; stored value " << worst_value
+              << "\n";
 }
 
 TEST_CASE("Pranckevicius: the same plane cuts an orthographic volume", "[articles]") {
@@ -400,6 +491,22 @@ TEST_CASE("Goldberg: z times w is linear at vertices only, and the bound holds i
     REQUIRE(error_at({7, 7, 7}, {0.2L, 0.5L, 0.3L}) < 1e-13L);
 }
 
+TEST_CASE("Ulrich: logarithmic depth keeps a relative step, the window encoding does not", "[articles]") {
+    Camera window = camera_of(perspective(centred, {0.1, 1e4})), logarithmic = window;
+    logarithmic.encoding = Encoding::logarithmic;
+    logarithmic.far_plane = 1e4;
+    logarithmic.log_c = 10;
+    const auto relative = [](const Camera& camera, double z) {
+        return depth_spacing(camera, DepthBits::d24, 3, 4, z) / z;
+    };
+    // dz/dv/z → ln(C f + 1) for C z ≫ 1, whatever z; for the window encoding it grows as z/n.
+    const double step = std::log(1e5 + 1) / 16777215;
+    for (const double z : {10.0, 100.0, 9000.0})
+        REQUIRE(relative(logarithmic, z) == Approx(step).epsilon(0.011));
+    REQUIRE(relative(window, 1000) / relative(window, 10) == Approx(100).epsilon(0.01));
+    REQUIRE(relative(window, 9000) > 500 * relative(logarithmic, 9000));
+}
+
 TEST_CASE("Lenaerts: a position lies on the pixel's ray, perspective or parallel, in view and world", "[articles]") {
     // The near and far plane's corners, interpolated across the screen: P = near + t (far − near) is his formula of the
     // orthographic case. With t = (z − n)/(f − n) it holds for a perspective too. origin + z direction is the same point.
@@ -460,6 +567,52 @@ TEST_CASE("Lenaerts: a position lies on the pixel's ray, perspective or parallel
     }
     std::cout << "Lenaerts: worst relative difference of a position, view " << worst_view << ", world " << worst_world
               << "\n";
+}
+
+TEST_CASE("Lenaerts: his depth and his corner rays are ours", "[articles]") {
+    // z = −(z_ndc M44 − M43)/(z_ndc M34 − M33), M for row vectors. Rays: far − near of a corner, divided by its z; origins:
+    // near − ray · near.z; both interpolated across the screen; position = origin + z ray, z negative ahead.
+    Real worst = 0;
+    for (const Kind& kind : kinds()) {
+        if (!contains(kind.name, "OpenGL") || contains(kind.name, "infinite"))
+            continue;
+        for (const Real shift : {0.0L, 0.25L}) { // of the camera centre, along the view axis and aside
+            Projection p = kind.projection;
+            p.matrix.col(3) += p.matrix.leftCols<3>() * Point(-shift, shift, 2 * shift);
+            const Camera camera = camera_of(p);
+            const Rays ray = camera_rays(camera);
+            const auto m = p.matrix.transpose().eval();
+            const auto inverse = p.matrix.inverse().eval();
+            std::array<Point, 4> origins, directions; // top left, top right, bottom left, bottom right
+            for (std::size_t i = 0; i < 4; ++i) {
+                const auto corner = [&](Real z) -> Point {
+                    return (inverse * Eigen::Matrix<Real, 4, 1>(i % 2 ? 1 : -1, i / 2 ? -1 : 1, z, 1))
+                        .eval()
+                        .hnormalized();
+                };
+                const Point near = corner(p.clip_near()), far = corner(p.clip_far());
+                directions[i] = (far - near) / (far - near).z();
+                origins[i] = near - directions[i] * near.z();
+                REQUIRE(std::abs(origins[i].z()) <= position_tolerance);
+            }
+            const auto across = [](const std::array<Point, 4>& at, Real s, Real t) -> Point {
+                return (1 - t) * ((1 - s) * at[0] + s * at[1]) + t * ((1 - s) * at[2] + s * at[3]);
+            };
+            INFO(kind.name << ", shift " << shift);
+            for (const double x : {0.5, 20.0, 63.5})
+                for (const double stored : {0.125, 0.5, 0.75}) {
+                    const Real z_ndc = 2 * Real{stored} - 1, s = x / Real{64}, t = 0.25L;
+                    const Real z = -(z_ndc * m(3, 3) - m(3, 2)) / (z_ndc * m(2, 3) - m(2, 2));
+                    const Real ours = view_depth(camera, Storage::float32, x, 8, stored);
+                    REQUIRE(std::abs(ours + z) <= position_tolerance * 1024 * std::abs(z)); // κ up to 2 · far/near
+                    const Point his = across(origins, s, t) + z * across(directions, s, t);
+                    const Point pixel(x, 8, 1), position = ray.origin * pixel - z * (ray.direction * pixel);
+                    worst = std::max(worst, (position - his).norm() / his.norm());
+                    REQUIRE((position - his).norm() <= position_tolerance * 16 * his.norm());
+                }
+        }
+    }
+    std::cout << "Lenaerts: corner origins and rays, worst relative difference of a position " << worst << "\n";
 }
 
 TEST_CASE("Cancellation: what engines lose at far/near = 1e6", "[articles]") {

@@ -18,6 +18,7 @@ set(checked fathom_io fathom_camera_file fathom fathom_camera)
 list(TRANSFORM checked REPLACE "(.+)" "$<TARGET_FILE:\\1>" OUTPUT_VARIABLE archives)
 target_link_options(fathom_tests PRIVATE LINKER:--whole-archive ${archives} LINKER:--no-whole-archive)
 target_link_libraries(fathom_tests PRIVATE ${objects}
+  ${FATHOM_TESTS_FROM}/docs/charts/articles/libfathom_article_curves.a
   ${FATHOM_TESTS_FROM}/bench/regimes/libfathom_regimes.a
   ${FATHOM_TESTS_FROM}/tests/truth/libfathom_truth.a
   ${FATHOM_TESTS_FROM}/examples/scene/libfathom_scene.a
