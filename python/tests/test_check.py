@@ -153,17 +153,3 @@ def test_a_first_call_takes_a_millisecond_more_at_most(dtype):
     print(f"the first call with a camera, 1080p, {numpy.dtype(dtype)}: {1e6 * more:+.0f} us of the calling thread")
     assert more <= 1e-3
 
-
-def test_a_radius_and_a_lens_are_checked_against_what_the_depth_shows(metres, keys):
-    metres, camera = metres.astype(numpy.float32), fathom.Camera(**keys)
-    assert fathom.check(metres, camera, radius=0.5, focus=3, f_stop=2, focal_length_mm=50, mm_per_unit=100) == []
-    (small,) = fathom.check(metres, camera, radius=1e-5)
-    assert small.startswith("the radius of 1e-05 is less than half a pixel")
-    (large,) = fathom.check(metres, camera, radius=500)
-    assert "larger than all that most pixels see" in large
-    (unit,) = fathom.check(metres, camera, focus=3, f_stop=2, focal_length_mm=0.05)
-    assert unit == "focal_length_mm: 0.05 mm is smaller than any; if these are metres, give 50"
-    (before,) = fathom.check(metres, camera, focus=0.6, f_stop=2, focal_length_mm=50, mm_per_unit=100)
-    assert "lies before everything" in before and "focus_at" in before
-    with pytest.raises(ValueError, match="f_stop: missing"):
-        fathom.check(metres, camera, focus=3)
