@@ -11,15 +11,12 @@ set(slow_tags [slow] [stability])
 include(${CMAKE_CURRENT_LIST_DIR}/long_files.cmake)
 
 # Files whose exhaustive cases take minutes, or gigabytes of memory or disk: scripts/test --all alone runs those.
-set(all_only_files bench_cheapest cli_cost cli_memory contract ssao_scene)
+set(all_only_files bench_cheapest cli_memory contract ssao_scene)
 
 # Groups of slow cases that scripts/test leaves to --ci, or to --all: each takes more than half a minute where no kernel is
 # compiled yet.
-set(ci_only_groups cli_exr_tools_slow contract_slow normals_slow regimes_slow)
+set(ci_only_groups contract_slow normals_slow regimes_slow)
 set(all_only_groups cli_memory_slow cli_resume_slow io_ranking_slow)
-
-# Files that measure times, which nothing may run beside.
-set(serial_files cli_cost)
 
 # Sets a variable to the specification of a tier, narrowed to a file by its tag. The four hold every case once.
 function(spec_of variable tier file)
@@ -85,10 +82,6 @@ foreach(tier quick slow real exhaustive)
         set(label "real\;slow")
       endif()
     endif()
-    set(serial)
-    if(name IN_LIST serial_files)
-      set(serial "RUN_SERIAL ON")
-    endif()
     if(NOT tier STREQUAL quick AND NOT name MATCHES "^${tier}_")
       string(APPEND name "_${tier}")
     endif()
@@ -102,7 +95,7 @@ foreach(tier quick slow real exhaustive)
       set(cost "COST 100") # long ones first, so that no core waits for the last of them
     endif()
     string(APPEND text "add_test([[${name}]] [[${PROGRAM}]] --filenames-as-tags --durations yes [=[${spec}]=])\n"
-      "set_tests_properties([[${name}]] PROPERTIES LABELS \"${label}\" TIMEOUT 1800 ${cost} ${serial} ${environment})\n")
+      "set_tests_properties([[${name}]] PROPERTIES LABELS \"${label}\" TIMEOUT 1800 ${cost} ${environment})\n")
   endforeach()
 endforeach()
 

@@ -1,6 +1,5 @@
 // The camera file: every key means what docs/camera.md says, and every mistake is named.
 #include "io_files.hpp"
-#include "real_inputs.hpp"
 
 #include <fathom/io.hpp>
 
@@ -136,6 +135,8 @@ TEST_CASE("camera file: metric images need no near and far", "[io]") {
                                            "intrinsics": {"fx": 500, "fy": 510, "cx": 320, "cy": 240})");
         CHECK_NOTHROW(depth_form(file.camera, Storage::uint16));
     }
+    check_says(refused(R"("perspective": {"fov_y_deg": 60})"),
+               {"\"perspective.near\" is missing", "\"encoding\": \"view-z\""});
     check_says(refused(R"("perspective": {"fov_y_deg": 60, "aspect": 1.5, "near": 1})"),
                {"\"perspective.far\" is missing"});
     check_says(refused(R"("width": 6, "height": 4, "far": 9, "intrinsics": {"fx": 5, "fy": 5, "cx": 3, "cy": 2})"),
@@ -165,6 +166,10 @@ TEST_CASE("camera file: an unknown key names the nearest known one", "[io]") {
     check_says(refused(opengl_matrix + R"(, "clipz": "zero-to-one")"), {"is \"clip_z\""});
     check_says(refused(opengl_matrix + R"(, "focus": 3)"), {"unknown key \"focus\"; write \"focus_distance\""});
     check_says(refused(R"("perspective": {"fov_deg": 60})"), {"\"perspective.fov_deg\"", "is \"perspective.fov_"});
+    check_says(refused(R"("perspective": {"fov": 60})"), {"\"perspective.fov\"", "fov_y_deg"});
+    check_says(refused(R"("cx": 24)"), {"unknown key \"cx\"", "it belongs in \"intrinsics\""});
+    check_says(refused(R"("intrinsics": {"fx": 20, "near": 1})"), {"\"intrinsics.near\"", "beside \"intrinsics\""});
+    check_says(refused(lens + R"(, "clip_start": 0.1)"), {"\"clip_start\"", "write \"near\""});
     check_says(refused(R"("intrinsics": {"f_x": 60})"), {"is \"intrinsics.fx\""});
     check_says(refused(R"("orthographic": {"rigth": 60})"), {"is \"orthographic.right\""});
 }
@@ -188,6 +193,7 @@ TEST_CASE("camera file: a value of the wrong kind is named with its key", "[io]"
     says(R"("background": "sky")", {"\"background\": \"sky\"", "infinity"});
     says(R"("scale": null)", {"\"scale\": null", "a number"});
     says(R"("scale": 0)", {"\"scale\": 0"});
+    says(R"("scale": 0.001)", {"\"scale\": 0.001 is for \"view-z\"", "the encoding is \"window\""});
     says(R"("missing": true)", {"\"missing\": true", "infinity"});
     says(R"("background_from": "near")", {"\"background_from\": \"near\"", "infinity"});
     says(R"("background_from": "far")", {"is for the encoding \"view-z\"", "0 < near < far"});
@@ -201,7 +207,9 @@ TEST_CASE("camera file: a value of the wrong kind is named with its key", "[io]"
     says(R"("pixel_origin": "top")", {"\"corner\", \"centre\""});
     says(R"("f_stop": [2.8])", {"\"f_stop\": [2.8]"});
     says(R"("oblique_near_plane": [0, 0, "-1", 2])", {"\"oblique_near_plane\"", "4 numbers"});
-    says(R"("view": [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [1, 2, 3, 1]])", {"\"view\"", "transposed"});
+    says(R"("view": [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [1, 2, 3, 1]])",
+         {"\"view\"", "is transposed", "write its columns as rows"});
+    says(R"("view": [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, -1, -1], [0, 0, -1, 0]])", {"without the projection"});
     says(R"("view": [[1, 0, 0, 0], [1, 0, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]])", {"invertible"});
     check_says(refused(R"("perspective": {"fov_y_deg": 190, "aspect": 1})"), {"\"perspective.fov_y_deg\": 190"});
     check_says(refused(R"("perspective": {"fov_y_deg": 90, "fov_x_deg": 60, "aspect": 1})"), {"one of"});
@@ -220,7 +228,8 @@ TEST_CASE("camera file: a matrix must be four by four finite numbers", "[io]") {
 }
 
 TEST_CASE("camera file: view axes that contradict the matrix are refused", "[io]") {
-    check_says(refused(directx_matrix), {"\"projection\"", "\"view_axes\"", "directx"});
+    check_says(refused(directx_matrix),
+               {"\"projection\"", "must have -1 in its fourth row", "\"view_axes\"", "directx"});
     check_says(refused(opengl_matrix + R"(, "view_axes": "opencv")"), {"\"view_axes\"", "opengl"});
     CHECK_NOTHROW(camera(directx_matrix + R"(, "view_axes": "opencv")"));
     const std::string flat = R"("projection": [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]])";
@@ -228,9 +237,44 @@ TEST_CASE("camera file: view axes that contradict the matrix are refused", "[io]
     CHECK_NOTHROW(camera(flat));
 }
 
+TEST_CASE("camera file: a transposed matrix is told with its cure", "[io]") {
+    for (
+        const std::string rest :
+        {R"("encoding": "view-z", "projection": [[1.2,0,0,0],[0,1.7,0,0],[0.1,0,-1.01,-1],[0,0,-1.005,0]])",
+         R"("view_axes": "directx", "clip_z": "zero-to-one", "projection": [[1.2,0,0,0],[0,1.7,0,0],[0,0,1.005,1],[0,0,-0.5,0]])",
+         R"("projection": [[0.5,0,0,0],[0,0.5,0,0],[0,0,-0.02,0],[0.1,0,-1.002,1]])"})
+        check_says(refused(rest), {"\"projection\"", "is transposed", "write its columns as rows"});
+}
+
+TEST_CASE("camera file: doubtful keys are told of an image of 48 x 32", "[io]") {
+    const auto calibration = [](const std::string& fx, const std::string& fy, const std::string& cx,
+                                const std::string& cy) {
+        return R"("intrinsics": {"fx": )" + fx + R"(, "fy": )" + fy + R"(, "cx": )" + cx + R"(, "cy": )" + cy + "}";
+    };
+    const std::string centred = calibration("27.7", "27.7", "23.5", "15.5");
+    for (const auto& [keys, parts] : std::vector<std::pair<std::string, std::vector<std::string>>>{
+             {R"("perspective": {"fov_y_deg": 60, "aspect": 0.667})",
+              {"\"perspective.aspect\": 0.667", "leave it out"}},
+             {calibration("0.8", "1.2", "0.5", "0.5"), {"fx 0.8 and fy 1.2", "turn them into pixels"}},
+             {calibration("55.4", "55.4", "48", "32"), {"cx 48 and cy 32", "scale fx, fy, cx and cy"}},
+             {calibration("13.9", "13.9", "12", "8"), {"cx 12 and cy 8", "scale fx, fy, cx and cy"}},
+             {calibration("27.7", "27.7", "16", "24"), {"exchange cx and cy"}},
+             {centred, {"cx 23.5 and cy 15.5", "\"pixel_origin\": \"centre\""}},
+             {R"("perspective": {"fov_x_deg": 80})", {}},
+             {calibration("27.7", "27.7", "24.3", "15.2"), {}},
+             {centred + R"(, "pixel_origin": "centre")", {}}}) {
+        INFO(keys);
+        const std::vector<std::string> said = key_doubts(R"({"encoding": "view-z", )" + keys + "}", 48, 32);
+        REQUIRE(said.size() == (parts.empty() ? 0 : 1));
+        if (!said.empty())
+            check_says(said.front(), parts);
+    }
+}
+
 TEST_CASE("camera file: what the projection's builder refuses names the file", "[io]") {
     refused(R"("perspective": {"fov_y_deg": 60, "aspect": 1.5, "near": -1, "far": 100})");
     refused(R"("perspective": {"fov_y_deg": 60, "aspect": 1.5, "near": 1, "far": 1})");
+    check_says(refused(R"("perspective": {"fov_y_deg": 60, "aspect": 1.5, "near": 100, "far": 0.5})"), {"near"});
     refused(R"("orthographic": {"left": 1, "right": 1, "bottom": -3, "top": 4, "near": -5, "far": 6})");
     refused(lens + R"(, "oblique_near_plane": [0, 0, 1, 2])"); // keeps what is behind the camera
 }
@@ -269,7 +313,7 @@ TEST_CASE("camera file: the image's size is taken or checked", "[io]") {
     CHECK((any.width == 320 && any.height == 240));
     const auto file = camera(opengl_matrix + R"(, "width": 320, "height": 240)");
     CHECK_NOTHROW(camera_for(file, 320, 240));
-    check_says([&] { camera_for(file, 240, 320); }, {"320 x 240", "240 x 320"});
+    check_says([&] { camera_for(file, 240, 320); }, {"320 x 240", "240 x 320", "use the camera of this image"});
 }
 
 TEST_CASE("camera file: a projection that waits for the image's size is that of the image", "[io]") {
@@ -284,20 +328,4 @@ TEST_CASE("camera file: a projection that waits for the image's size is that of 
                                   "intrinsics": {"fx": 500, "fy": 510, "cx": 320, "cy": 240})");
     check_same(camera_for(sensor, 640, 480).projection,
                perspective(Intrinsics{500, 510, 320.5, 240.5, 640, 480}, {1, infinity}));
-}
-
-TEST_CASE("camera file: those of the real inputs", "[io][real]") {
-    if (!real::there("habitat"))
-        return;
-    int files = 0;
-    for (const char* folder : {"blender", "habitat", "opengl"})
-        for (const auto& entry : fs::recursive_directory_iterator(real::data / folder))
-            if (entry.path().extension() == ".json") {
-                INFO(entry.path());
-                CHECK_NOTHROW(read_camera(entry.path()));
-                ++files;
-            }
-    CHECK(files >= 22);
-    const auto room = read_camera(real::data / "habitat/room.camera.json").camera;
-    CHECK((room.near_plane == 0.1 && room.far_plane == 100));
 }

@@ -1,5 +1,6 @@
 // Cameras of other programs' files: world points that each format's own formula puts on a pixel come back from that
 // pixel.
+#include "exr_files.hpp"
 #include "io_files.hpp"
 #include "places.hpp"
 
@@ -7,14 +8,9 @@
 #include <fathom/import_camera.hpp>
 #include <fathom/pixel_rays.hpp>
 
-#include <OpenEXR/ImfArray.h>
-#include <OpenEXR/ImfChannelList.h>
 #include <OpenEXR/ImfFloatAttribute.h>
-#include <OpenEXR/ImfFrameBuffer.h>
-#include <OpenEXR/ImfHeader.h>
 #include <OpenEXR/ImfIntAttribute.h>
 #include <OpenEXR/ImfMatrixAttribute.h>
-#include <OpenEXR/ImfOutputFile.h>
 #include <OpenEXR/ImfStandardAttributes.h>
 #include <OpenEXR/ImfStringAttribute.h>
 #include <OpenEXR/ImfVecAttribute.h>
@@ -174,19 +170,9 @@ struct Colmap {
 };
 
 /// An EXR file with depth and the attributes that are given.
-fs::path put_exr(const fs::path& file, const std::function<void(Imf::Header&)>& attributes, int width = 64,
-                 int height = 48) {
-    Imf::Header header(width, height);
-    header.channels().insert("Z", Imf::Channel(Imf::FLOAT));
-    attributes(header);
-    std::vector<float> z(static_cast<std::size_t>(width * height), 5.f);
-    Imf::FrameBuffer frame;
-    frame.insert("Z",
-                 Imf::Slice(Imf::FLOAT, reinterpret_cast<char*>(z.data()), 4, 4 * static_cast<std::size_t>(width)));
-    Imf::OutputFile exr(file.c_str(), header);
-    exr.setFrameBuffer(frame);
-    exr.writePixels(height);
-    return file;
+fs::path put_exr(const fs::path& file, const std::function<void(Imf::Header&)>& attributes) {
+    const Box2i window{{0, 0}, {63, 47}};
+    return write(file, {.display = window, .data = window, .more = attributes});
 }
 
 /// A matrix for column vectors as OpenEXR documents it, for row vectors, or as it stands.

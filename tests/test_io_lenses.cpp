@@ -2,6 +2,7 @@
 
 #include "catch.hpp"
 #include "io_files.hpp"
+#include "matrices.hpp"
 
 #include <fathom/fathom.hpp>
 #include <fathom/import_camera.hpp>
@@ -320,12 +321,10 @@ TEST_CASE("lenses: a map of rays is read from EXR, TIFF and NPY, and is the lens
         "k": [0.05, -0.01, 0.002, -0.0003]})",
                                 160, 120);
     const PixelRays rays(fisheye);
-    cv::Mat map(120, 160, CV_32FC3);
-    for (int y = 0; y < map.rows; ++y)
-        for (int x = 0; x < map.cols; ++x) {
-            const Eigen::Vector3f ray = rays.ray_of(x + 0.5, y + 0.5).value().cast<float>();
-            map.at<cv::Vec3f>(y, x) = {ray.x(), ray.y(), ray.z()};
-        }
+    cv::Mat map = filled<cv::Vec3f>(160, 120, [&](int x, int y) {
+        const Eigen::Vector3f ray = rays.ray_of(x + 0.5, y + 0.5).value().cast<float>();
+        return cv::Vec3f(ray.x(), ray.y(), ray.z());
+    });
     map.at<cv::Vec3f>(7, 9) = {0, 0, 0};
     cv::Mat depth(map.size(), CV_32FC1, cv::Scalar(2.5));
     const Device device = Device::open("cpu");

@@ -1,5 +1,6 @@
 // Normals out of files: which layers and pictures are normals, in which order and range, and what is refused.
 #include "io_files.hpp"
+#include "matrices.hpp"
 
 #include <fathom/io.hpp>
 
@@ -56,13 +57,8 @@ TEST_CASE("read normals: floats of EXR, TIFF and PFM, in x, y, z order", "[io]")
 TEST_CASE("read normals: a layer is chosen by its name, among others", "[io]") {
     const TempFolder folder;
     const cv::Mat normals = three_normals();
-    std::vector<cv::Mat> channels;
-    cv::split(normals, channels);
     const cv::Mat other = -normals;
-    std::vector<cv::Mat> others;
-    cv::split(other, others);
-    cv::Mat all;
-    cv::merge(std::vector<cv::Mat>{others[0], others[1], others[2], channels[0], channels[1], channels[2]}, all);
+    const cv::Mat all = merged({other, normals});
     write_image(folder / "n.exr", all,
                 {.channels = {"View.Position.X", "View.Position.Y", "View.Position.Z", "View.Normal.X", "View.Normal.Y",
                               "View.Normal.Z"}});

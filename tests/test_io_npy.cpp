@@ -1,10 +1,10 @@
 // NumPy's arrays, written by the format's documentation (numpy.lib.format), byte for byte; and point clouds, read back.
 #include "io_files.hpp"
 #include "program.hpp"
+#include "tiff_files.hpp"
 
 #include <fathom/io.hpp>
 
-#include <tiffio.h>
 #include <zlib.h>
 
 using namespace fathom;
@@ -316,17 +316,6 @@ TEST_CASE("ply: the program writes colours and normals, and only into .ply", "[i
                   "only a .ply holds colours of points");
 }
 
-TEST_CASE("npy: the program reads and writes arrays", "[io]") {
-    const Folder folder;
-    write(folder / "z.npy", array<double>("f8", true, true));
-    write(folder / "camera.json", R"({"perspective": {"fov_y_deg": 60, "near": 0.1}, "encoding": "view-z"})");
-    check_done(
-        {"linearize", folder / "z.npy", "--camera", folder / "camera.json", "-o", folder / "out/l.npy", "--quiet"});
-    const cv::Mat z = channel(folder / "out/l.npy");
-    REQUIRE(z.size() == cv::Size(cols, rows));
-    CHECK(z.at<float>(2, 4) == static_cast<float>(truth(2, 4, 0)));
-}
-
 TEST_CASE("npz: one array, or one that is named, stored and deflated", "[io]") {
     const TempFolder folder;
     const std::string depth = array<float>("f4", false, false), other = array<std::uint16_t>("u2", false, true);
@@ -456,20 +445,19 @@ TEST_CASE("npy: COLMAP's maps of depth and normals", "[io]") {
 TEST_CASE("npy: equal channels of 16 bits or floats are one, and colours are refused", "[io]") {
     const TempFolder folder;
     for (const char* name : {"a.tif", "a.pfm", "a.npy"}) {
-        cv::Mat grey(rows, cols, CV_32FC1), colors;
+        cv::Mat grey(rows, cols, CV_32FC1);
         cv::randu(grey, 1, 2);
-        cv::merge(std::vector<cv::Mat>(3, grey), colors);
+        cv::Mat colors = merged({grey, grey, grey});
         write_image(folder / name, colors);
         CHECK(same(read_depth(folder / name).values, grey));
         colors.at<cv::Vec3f>(2, 3)[1] += 0.25f;
         write_image(folder / name, colors);
         check_says([&] { read_depth(folder / name); }, {"with 3 channels, which holds no depth"});
     }
-    cv::Mat codes(rows, cols, CV_16UC1), colors;
+    cv::Mat codes(rows, cols, CV_16UC1);
     cv::randu(codes, 0, 65535);
-    cv::merge(std::vector<cv::Mat>(3, codes), colors);
     for (const char* name : {"c.png", "c.tif"}) {
-        cv::imwrite((folder / name).string(), colors);
+        cv::imwrite((folder / name).string(), merged({codes, codes, codes}));
         const DepthFile found = read_depth(folder / name);
         CHECK(found.storage == Storage::uint16);
         CHECK(same(found.values, codes));
@@ -518,19 +506,12 @@ TEST_CASE("npy: a TIFF of doubles is read as floats, and its pages are told", "[
     const Arguments linearize{"linearize", file, "--camera", camera, "-o", folder / "out/z.npy", "--quiet"};
     check_done(linearize);
     const auto with = [&](std::uint32_t kind, std::uint32_t second) { // of the second image
-        TIFF* const tiff = TIFFOpen(file.c_str(), "w");
-        for (const std::uint32_t type : {kind, second}) {
-            TIFFSetField(tiff, TIFFTAG_SUBFILETYPE, type);
-            TIFFSetField(tiff, TIFFTAG_IMAGEWIDTH, 2);
-            TIFFSetField(tiff, TIFFTAG_IMAGELENGTH, 1);
-            TIFFSetField(tiff, TIFFTAG_BITSPERSAMPLE, 32);
-            TIFFSetField(tiff, TIFFTAG_SAMPLEFORMAT, SAMPLEFORMAT_IEEEFP);
-            TIFFSetField(tiff, TIFFTAG_PHOTOMETRIC, PHOTOMETRIC_MINISBLACK);
-            float row[] = {1, 2};
-            TIFFWriteScanline(tiff, row, 0, 0);
-            TIFFWriteDirectory(tiff);
-        }
-        TIFFClose(tiff);
+        const auto add = [&](const char* mode, std::uint32_t type) {
+            write_tiff(file, (cv::Mat_<float>(1, 2) << 1, 2), SAMPLEFORMAT_IEEEFP,
+                       {.mode = mode, .more = [&](TIFF* tiff) { TIFFSetField(tiff, TIFFTAG_SUBFILETYPE, type); }});
+        };
+        add("w", kind);
+        add("a", second);
         return run(linearize).err;
     };
     CHECK(contains(with(FILETYPE_PAGE, FILETYPE_PAGE), "a.tif: has 2 pages, and the first is taken"));

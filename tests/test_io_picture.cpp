@@ -1,13 +1,13 @@
 // Pictures as light: transfer curves against IEC 61966-2-1, alpha, orientation, and what files say about themselves.
 #include "io_files.hpp"
 #include "matrices.hpp"
+#include "tiff_files.hpp"
 
 #include <fathom/io.hpp>
 #include <fathom/picture.hpp>
 
 #include <opencv2/imgcodecs.hpp>
 
-#include <tiffio.h>
 #include <zlib.h>
 
 using namespace fathom;
@@ -153,9 +153,8 @@ TEST_CASE("picture: a JPEG is sRGB of 8 bits, and written as one", "[picture]") 
         CHECK((light >= light_of(code - 2 / 255.0) && light <= light_of(code + 2 / 255.0)));
     }
     Picture soft = picture;
-    for (int y = 0; y < 32; ++y)
-        for (int x = 0; x < 48; ++x)
-            soft.color.at<cv::Vec3f>(y, x) = cv::Vec3f(0.1f, static_cast<float>(x) / 47, static_cast<float>(y) / 31);
+    soft.color = filled<cv::Vec3f>(
+        48, 32, [](int x, int y) { return cv::Vec3f(0.1f, static_cast<float>(x) / 47, static_cast<float>(y) / 31); });
     write_picture(folder / "b.jpeg", soft);
     const Picture back = read_picture(folder / "b.jpeg");
     CHECK(cv::norm(back.color, soft.color, cv::NORM_L2) / std::sqrt(32 * 48 * 3) < 0.02);
@@ -255,25 +254,13 @@ TEST_CASE("picture: an alpha is multiplied in, whatever the file does", "[pictur
     const Picture bytes{cv::Mat(4, 4, CV_32FC4, cv::Scalar(0.25, 0.25, 0.25, 0.5)), {ColorEncoding::srgb, 8}};
     write_picture(folder / "bytes.tif", bytes); // in 8 bits, too
     CHECK(cv::norm(read_picture(folder / "bytes.tif").color, bytes.color, cv::NORM_INF) < 0.01);
-    const auto tiff = [&](std::uint16_t kind, bool floats = false) {
-        const auto file = (folder / "c.tif").string();
-        TIFF* out = TIFFOpen(file.c_str(), "w");
-        TIFFSetField(out, TIFFTAG_IMAGEWIDTH, 1);
-        TIFFSetField(out, TIFFTAG_IMAGELENGTH, 1);
-        TIFFSetField(out, TIFFTAG_BITSPERSAMPLE, floats ? 32 : 16);
-        TIFFSetField(out, TIFFTAG_SAMPLEFORMAT, floats ? SAMPLEFORMAT_IEEEFP : SAMPLEFORMAT_UINT);
-        TIFFSetField(out, TIFFTAG_SAMPLESPERPIXEL, 4);
-        TIFFSetField(out, TIFFTAG_PHOTOMETRIC, PHOTOMETRIC_RGB);
-        TIFFSetField(out, TIFFTAG_PLANARCONFIG, PLANARCONFIG_CONTIG);
-        TIFFSetField(out, TIFFTAG_EXTRASAMPLES, 1, &kind);
-        std::uint16_t pixel[] = {16384, 16384, 16384, 16384}; // white, if the alpha is multiplied in
-        float light[] = {0.5f, 0.5f, 0.5f, 0.25f};
-        if (floats)
-            TIFFWriteEncodedStrip(out, 0, light, sizeof light);
-        else
-            TIFFWriteEncodedStrip(out, 0, pixel, sizeof pixel);
-        TIFFClose(out);
-        return read_picture(file).color.at<cv::Vec4f>(0, 0)[0];
+    const auto tiff = [&](std::uint16_t kind, bool floats = false) { // white, if the alpha is multiplied in
+        const cv::Mat pixel = floats ? cv::Mat(1, 1, CV_32FC4, cv::Scalar(0.5, 0.5, 0.5, 0.25))
+                                     : cv::Mat(1, 1, CV_16UC4, cv::Scalar::all(16384));
+        const auto says_kind = [&](TIFF* out) { TIFFSetField(out, TIFFTAG_EXTRASAMPLES, 1, &kind); };
+        const auto format = static_cast<std::uint16_t>(floats ? SAMPLEFORMAT_IEEEFP : SAMPLEFORMAT_UINT);
+        return read_picture(write_tiff(folder / "c.tif", pixel, format, {.more = says_kind}))
+            .color.at<cv::Vec4f>(0, 0)[0];
     };
     CHECK(tiff(EXTRASAMPLE_UNASSALPHA) == Approx(alpha * light_of(alpha)));
     CHECK(tiff(EXTRASAMPLE_ASSOCALPHA) == Approx(alpha));
@@ -285,20 +272,12 @@ TEST_CASE("picture: an alpha is multiplied in, whatever the file does", "[pictur
 
 TEST_CASE("picture: Exif data of a TIFF, which is not read, is told", "[picture]") {
     const TempFolder folder;
-    const auto file = (folder / "a.tif").string();
     for (const bool has_exif : {false, true}) {
-        TIFF* out = TIFFOpen(file.c_str(), "w");
-        TIFFSetField(out, TIFFTAG_IMAGEWIDTH, 1);
-        TIFFSetField(out, TIFFTAG_IMAGELENGTH, 1);
-        TIFFSetField(out, TIFFTAG_BITSPERSAMPLE, 8);
-        TIFFSetField(out, TIFFTAG_SAMPLESPERPIXEL, 3);
-        TIFFSetField(out, TIFFTAG_PHOTOMETRIC, PHOTOMETRIC_RGB);
-        TIFFSetField(out, TIFFTAG_PLANARCONFIG, PLANARCONFIG_CONTIG);
-        if (has_exif)
-            TIFFSetField(out, TIFFTAG_EXIFIFD, toff_t{8}); // wherever: nobody looks into it
-        std::uint8_t pixel[] = {1, 2, 3};
-        TIFFWriteEncodedStrip(out, 0, pixel, sizeof pixel);
-        TIFFClose(out);
+        const auto file = write_tiff(folder / "a.tif", cv::Mat(1, 1, CV_8UC3, cv::Scalar(1, 2, 3)), SAMPLEFORMAT_UINT,
+                                     {.more = [&](TIFF* out) {
+                                         if (has_exif)
+                                             TIFFSetField(out, TIFFTAG_EXIFIFD, toff_t{8}); // nobody looks into it
+                                     }});
         CHECK(read_picture(file).format.incomplete == has_exif);
     }
 }

@@ -1,5 +1,6 @@
 // Sources of depth by name. The truth is each source's own formula, written down here once more, at one pixel.
 #include "io_files.hpp"
+#include "matrices.hpp"
 #include "places.hpp"
 #include "scene/scene.hpp"
 
@@ -44,9 +45,7 @@ cv::Mat floats(const std::vector<Pixel>& pixels) {
 }
 
 cv::Mat as(int type, const std::vector<Pixel>& pixels) {
-    cv::Mat image;
-    floats(pixels).convertTo(image, type);
-    return image;
+    return converted(floats(pixels), type);
 }
 
 /// A file's depth as the preset decodes it, one float a pixel.
@@ -178,8 +177,7 @@ std::vector<PictureTruth> picture_truths() {
     const double carla = 1000.0 * (3 + 256 * 2 + 65536) / 16777215; // R = 3, G = 2, B = 1
     const auto threejs = [](double v) { return window(static_cast<float>(v / 256), 0.5, 50); };
     const std::string clip = "near=0.5,far=50,fov_y_deg=50";
-    cv::Mat grey; // as some programs write GDepth
-    cv::merge(std::vector<cv::Mat>(3, as(CV_8U, {{51, 0}})), grey);
+    const cv::Mat code = as(CV_8U, {{51, 0}}), grey = merged({code, code, code}); // as some programs write GDepth
     return {{"carla:" + wide, packed(3, {{1, 2, 3}, {255, 255, 255}}), {{0, carla}, {0, nothing}}},
             {"carla:" + wide, packed(4, {{1, 2, 3, 255}}), {{0, carla}}},
             {"gdepth-linear:near=0.5,far=20," + intrinsics, grey, {{51, 0.5 + 19.5 / 5}}},
@@ -296,11 +294,9 @@ TEST_CASE("presets: depth that a colour map paints is refused under every packin
     std::vector<Painted> scenes;
     for (const double part : {0.0, 0.003, 0.02}) {
         const auto add = [&](const std::string& name, const auto& depth) {
-            cv::Mat z(high_px, wide_px, CV_64FC1);
-            for (int y = 0; y < high_px; ++y)
-                for (int x = 0; x < wide_px; ++x)
-                    z.at<double>(y, x) = depth(x, y) * (1 + part * noise(random));
-            scenes.push_back({name + " with noise of " + std::to_string(part), z});
+            scenes.push_back({name + " with noise of " + std::to_string(part),
+                              filled<double>(wide_px, high_px,
+                                             [&](int x, int y) { return depth(x, y) * (1 + part * noise(random)); })});
         };
         for (const auto& [name, scene] : {std::pair{"room", scene::room()}, {"corridor", scene::corridor()}}) {
             const scene::Rendered image = scene::render(scene, camera);
@@ -326,10 +322,8 @@ TEST_CASE("presets: depth that a colour map paints is refused under every packin
                            cv::COLORMAP_SPRING,  cv::COLORMAP_BONE,   cv::COLORMAP_TWILIGHT, cv::COLORMAP_PINK,
                            cv::COLORMAP_AUTUMN};
     for (const auto& [name, z] : scenes) {
-        cv::Mat grey(z.size(), CV_8UC1);
-        for (int i = 0; i < wide_px * high_px; ++i)
-            grey.at<uchar>(i / wide_px, i % wide_px) =
-                cv::saturate_cast<uchar>(255 * (z.at<double>(i / wide_px, i % wide_px) - 1) / 9);
+        cv::Mat grey;
+        z.convertTo(grey, CV_8U, 255 / 9.0, -255 / 9.0);
         for (const int map : maps) {
             cv::Mat painted;
             cv::applyColorMap(grey, painted, map);
@@ -370,15 +364,14 @@ TEST_CASE("presets: the four bytes of a float are refused in any order, whatever
     constexpr int wide_px = 160, high_px = 120;
     const TempFolder folder;
     const auto write = [&](const std::array<int, 4>& places, float unit, float sky) {
-        cv::Mat bgra(high_px, wide_px, CV_8UC4);
-        for (int y = 0; y < high_px; ++y)
-            for (int x = 0; x < wide_px; ++x) {
-                const double z = std::min(y > 60 ? 120.0 / (y - 60) : 1e9, 12 + 0.03 * x);
-                const auto bits = std::bit_cast<std::uint32_t>(y < 30 ? sky : unit * static_cast<float>(z));
-                for (int byte = 0; byte < 4; ++byte)
-                    bgra.at<cv::Vec4b>(y, x)[places[static_cast<std::size_t>(byte)]] =
-                        static_cast<std::uint8_t>(bits >> (8 * byte));
-            }
+        const auto bgra = filled<cv::Vec4b>(wide_px, high_px, [&](int x, int y) {
+            const double z = std::min(y > 60 ? 120.0 / (y - 60) : 1e9, 12 + 0.03 * x);
+            const auto bits = std::bit_cast<std::uint32_t>(y < 30 ? sky : unit * static_cast<float>(z));
+            cv::Vec4b pixel;
+            for (int byte = 0; byte < 4; ++byte)
+                pixel[places[static_cast<std::size_t>(byte)]] = static_cast<std::uint8_t>(bits >> (8 * byte));
+            return pixel;
+        });
         REQUIRE(cv::imwrite((folder / "a.png").string(), bgra));
     };
     for (const std::array<int, 4>& places : {std::array{2, 1, 0, 3}, {3, 0, 1, 2}, {0, 1, 2, 3}, {3, 2, 1, 0}})

@@ -1,5 +1,6 @@
 // What values could be, where nobody says it. The truth is each input's own description, or the formula that made it.
 #include "io_files.hpp"
+#include "matrices.hpp"
 #include "places.hpp"
 #include "real_inputs.hpp"
 #include "scene/scene.hpp"
@@ -311,30 +312,23 @@ TEST_CASE("ranking: every source in every scene and under three angles of view, 
 TEST_CASE("ranking: what is no depth, or shows no planes, has no family") {
     std::mt19937 random(7);
     std::normal_distribution<float> normal;
-    const auto made = [](int width, int height, const std::function<double(int, int)>& value) {
-        cv::Mat image(height, width, CV_32FC1);
-        for (int y = 0; y < height; ++y)
-            for (int x = 0; x < width; ++x)
-                image.at<float>(y, x) = static_cast<float>(value(x, y));
-        return image;
-    };
-    check_unnamed("noise", made(200, 150, [&](int, int) { return 2 + 0.3 * static_cast<double>(normal(random)); }));
+    check_unnamed("noise", filled(200, 150, [&](int, int) { return 2 + 0.3 * static_cast<double>(normal(random)); }));
     check_unnamed("noise from 0 to 1",
-                  made(200, 150, [&](int, int) { return static_cast<double>(random()) / 0x1p32; }));
-    check_unnamed("one value", made(200, 150, [](int, int) { return 0.5; }));
-    check_unnamed("one pixel", made(1, 1, [](int, int) { return 0.5; }));
-    check_unnamed("one row", made(500, 1, [](int x, int) { return 1.0 / (x + 1); }));
-    check_unnamed("nothing but NaN", made(200, 150, [](int, int) { return NAN; }));
-    check_unnamed("nothing but infinity", made(200, 150, [](int, int) { return INFINITY; }));
-    check_unnamed("steps", made(200, 150, [](int x, int) { return 1.0 + x / 50; }));
-    check_unnamed("a wave", made(200, 150, [](int x, int y) { return 2 + std::sin(x * 0.05) * std::cos(y * 0.04); }));
-    check_unnamed("a photograph of a sphere", made(200, 150, [](int x, int y) {
+                  filled(200, 150, [&](int, int) { return static_cast<double>(random()) / 0x1p32; }));
+    check_unnamed("one value", filled(200, 150, [](int, int) { return 0.5; }));
+    check_unnamed("one pixel", filled(1, 1, [](int, int) { return 0.5; }));
+    check_unnamed("one row", filled(500, 1, [](int x, int) { return 1.0 / (x + 1); }));
+    check_unnamed("nothing but NaN", filled(200, 150, [](int, int) { return NAN; }));
+    check_unnamed("nothing but infinity", filled(200, 150, [](int, int) { return INFINITY; }));
+    check_unnamed("steps", filled(200, 150, [](int x, int) { return 1.0 + x / 50; }));
+    check_unnamed("a wave", filled(200, 150, [](int x, int y) { return 2 + std::sin(x * 0.05) * std::cos(y * 0.04); }));
+    check_unnamed("a photograph of a sphere", filled(200, 150, [](int x, int y) {
                       const double r = std::hypot(x - 100, y - 75) / 60;
                       return r < 1 ? 0.2 + 0.8 * std::sqrt(1 - r * r) : 0.1;
                   }));
     for (const double radius : {1.0, 3.0}) {
         const Seen sphere = seen({scene::Sphere{{0, 0, -5}, radius}}, 60);
-        check_unnamed("a sphere alone", made(sphere.width, sphere.height, [&](int x, int y) {
+        check_unnamed("a sphere alone", filled(sphere.width, sphere.height, [&](int x, int y) {
                           return sphere.z[static_cast<std::size_t>(y * sphere.width + x)];
                       }));
     }

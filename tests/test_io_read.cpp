@@ -1,7 +1,7 @@
 // Depth out of PNG, TIFF, PFM and PGM: which types are depth, and that their values come back untouched.
 #include "io_files.hpp"
 #include "matrices.hpp"
-#include "real_inputs.hpp"
+#include "tiff_files.hpp"
 
 #include <fathom/io.hpp>
 
@@ -17,36 +17,6 @@ fs::path encoded(const fs::path& file, const cv::Mat& image) {
     Bytes bytes;
     REQUIRE(cv::imencode(file.extension().string(), image, bytes));
     return put(file, bytes);
-}
-
-/// An uncompressed grey TIFF, 3 × 2, in either byte order. `format`: 1 unsigned, 2 signed, 3 float, 0 not said.
-Bytes tiff(bool little, unsigned bits, unsigned format, const std::vector<std::uint32_t>& codes) {
-    Bytes bytes{static_cast<unsigned char>(little ? 'I' : 'M'), static_cast<unsigned char>(little ? 'I' : 'M')};
-    const auto put_number = [&](std::uint32_t value, unsigned size) {
-        for (unsigned i = 0; i < size; ++i)
-            bytes.push_back(static_cast<unsigned char>(value >> 8 * (little ? i : size - 1 - i)));
-    };
-    std::vector<std::array<std::uint32_t, 2>> tags{{256, 3}, {257, 2}, {258, bits}, {259, 1},           {262, 1},
-                                                   {273, 0}, {277, 1}, {278, 2},    {279, 6 * bits / 8}};
-    if (format)
-        tags.push_back({339, format});
-    const auto pixels = static_cast<std::uint32_t>(8 + 2 + 12 * tags.size() + 4);
-    put_number(42, 2);
-    put_number(8, 4);
-    put_number(static_cast<std::uint32_t>(tags.size()), 2);
-    for (const auto& [tag, value] : tags) {
-        put_number(tag, 2);
-        const bool is_short = tag != 273 && tag != 279;
-        put_number(is_short ? 3 : 4, 2);
-        put_number(1, 4);
-        put_number(tag == 273 ? pixels : value, is_short ? 2 : 4);
-        if (is_short)
-            put_number(0, 2);
-    }
-    put_number(0, 4);
-    for (const auto code : codes)
-        put_number(code, bits / 8);
-    return bytes;
 }
 
 } // namespace
@@ -67,11 +37,10 @@ TEST_CASE("read: codes that do not count to 65535 are refused", "[io]") {
     const TempFolder folder;
     check_says([&] { read_depth(put(folder / "a.pgm", std::string("P5\n1 1\n4095\n\1\2"))); },
                {"a.pgm: ", "counts to 4095"});
-    check_says(
-        [&] {
-            read_depth(put(folder / "a.tif", tiff(true, 12, 1, {0, 0, 0, 0, 0, 0, 0, 0, 0})));
-        },
-        {"a.tif: ", "samples of 12 bits"});
+    const auto twelve_bits = [](TIFF* tiff) { TIFFSetField(tiff, TIFFTAG_BITSPERSAMPLE, 12); };
+    const cv::Mat codes(2, 4, CV_16UC1, cv::Scalar(0));
+    check_says([&] { read_depth(write_tiff(folder / "a.tif", codes, SAMPLEFORMAT_UINT, {.more = twelve_bits})); },
+               {"a.tif: ", "samples of 12 bits"});
     for (const char* text : {"P5\n1 1\n0\n\1", "P5\n1 1\n70000\n\1\2", "P2\n1 1\n70000\n8"})
         check_says([&] { read_depth(put(folder / "a.pgm", std::string(text))); },
                    {"a.pgm: ", "a grey map counts to 1 to 65535"});
@@ -106,36 +75,23 @@ TEST_CASE("read: float PFM in both byte orders, its scale and its comments ignor
     }
 }
 
-TEST_CASE("read: TIFF of unsigned and signed 32-bit codes, floats and halves, in both byte orders", "[io]") {
+TEST_CASE("read: TIFF of codes in the high bits, of signed codes below 0, and of codes that nobody describes", "[io]") {
     const TempFolder folder;
-    const std::vector<std::uint32_t> codes{0, 1, 0xffffff, 0x123456, 2, 3};
-    const std::vector<std::uint32_t> high{0, 0x100, 0xffffff00, 0x12345678, 2, 3};
-    const std::vector<std::uint32_t> halves{0x3c00, 0x4000, 0x7c00, 0x7e00, 1, 0x3555};
-    for (const bool little : {true, false}) {
-        for (const unsigned format : {1u, 2u}) {
-            const auto depth = read_depth(put(folder / "a.tif", tiff(little, 32, format, codes)));
-            CHECK(depth.storage == Storage::uint24);
-            REQUIRE(depth.values.type() == CV_32SC1);
-            CHECK(std::equal(codes.begin(), codes.end(), depth.values.ptr<std::uint32_t>()));
-        }
-        const auto file = put(folder / "high.tif", tiff(little, 32, 1, high));
+    const cv::Mat high = (cv::Mat_<int>(1, 3) << 0, 0x100, static_cast<int>(0xffffff00u));
+    for (const char* mode : {"wl", "wb"}) {
+        const auto file = write_tiff(folder / "high.tif", high, SAMPLEFORMAT_UINT, {.mode = mode});
         const auto depth = read_depth(file, {.packing = Packing::uint24_high});
         CHECK(depth.storage == Storage::uint24_high);
-        CHECK(std::equal(high.begin(), high.end(), depth.values.ptr<std::uint32_t>()));
+        CHECK(same(depth.values, high));
         check_says([&] { read_depth(file); }, {"pixel (2, 0) holds 4294967040", "uint24-high"});
-
-        const auto half = read_depth(put(folder / "half.tif", tiff(little, 16, 3, halves)));
-        CHECK(half.storage == Storage::float16);
-        REQUIRE(half.values.type() == CV_16FC1);
-        CHECK(std::equal(halves.begin(), halves.end(), half.values.ptr<std::uint16_t>()));
     }
-    const auto unsaid = put(folder / "unsaid.tif", tiff(true, 32, 0, codes));
-    check_says([&] { read_depth(unsaid); }, {"SampleFormat"});
-    const auto heights =
-        read_depth(put(folder / "signed.tif", tiff(true, 16, 2, {0, 1, 0x7fff, 0x8000, 0xd8f1, 0xffff})));
+    const auto unset = [](TIFF* tiff) { TIFFUnsetField(tiff, TIFFTAG_SAMPLEFORMAT); };
+    check_says([&] { read_depth(write_tiff(folder / "unsaid.tif", high, SAMPLEFORMAT_UINT, {.more = unset})); },
+               {"SampleFormat"});
+    const cv::Mat below = (cv::Mat_<short>(1, 4) << 0, 32767, -32768, -9999);
+    const auto heights = read_depth(write_tiff(folder / "signed.tif", below, SAMPLEFORMAT_INT, {}));
     CHECK(heights.storage == Storage::float32);
-    const float expected[] = {0, 1, 32767, -32768, -9999, -1};
-    CHECK(std::equal(std::begin(expected), std::end(expected), heights.values.ptr<float>()));
+    CHECK(same(heights.values, (cv::Mat_<float>(1, 4) << 0, 32767, -32768, -9999)));
 }
 
 TEST_CASE("read: 24 bits packed in R, G, B need the packing, and come back as B, G, R", "[io]") {
@@ -161,9 +117,16 @@ TEST_CASE("read: images that hold no depth are refused with what would", "[io]")
         const auto file = encoded(folder / name, image);
         return refusal([&] { read_depth(file, options); });
     };
-    check_says(refused("a.png", cv::Mat(3, 4, CV_8UC1, cv::Scalar(9))), {"unsigned 8-bit with 1 channel", "16-bit"});
+    check_says(refused("a.png", cv::Mat(3, 4, CV_8UC1, cv::Scalar(9))),
+               {"a.png: is unsigned 8-bit with 1 channel", "16-bit", "\"packing\": \"uint8\""});
+    const cv::Mat photograph = filled<cv::Vec3b>(48, 32, [](int x, int y) {
+        return cv::Vec3b(cv::saturate_cast<uchar>(90 + x + y), cv::saturate_cast<uchar>(80 + x + y),
+                         cv::saturate_cast<uchar>(60 + x + 3 * (y % 9)));
+    });
+    check_says(refused("a.png", photograph), {"unsigned 8-bit with 3 channels", "save raw depth"});
     check_says(refused("a.png", cv::Mat(3, 4, CV_16UC3, cv::Scalar(9))), {"unsigned 16-bit with 3 channels"});
-    check_says(refused("a.jpg", cv::Mat(3, 4, CV_8UC3, cv::Scalar(9))), {"is a JPEG, which is not read"});
+    check_says(refused("a.jpg", cv::Mat(3, 4, CV_8UC3, cv::Scalar(9))),
+               {"is a JPEG, which is not read", "save it as .png"});
 
     check_says(refused("a.pgm", cv::Mat(3, 4, CV_8UC1, cv::Scalar(9))), {"unsigned 8-bit"});
     check_says(refused("a.png", cv::Mat(3, 4, CV_16UC1, cv::Scalar(9)), {.channel = "Z"}), {"no channel \"Z\""});
@@ -187,21 +150,4 @@ TEST_CASE("read: a PNG's remarks do not reach stderr", "[io]") {
     const auto outcome = refusal([&] { read_depth(file); });
     CHECK(said.end() == "");
     CHECK((outcome.starts_with("(") || contains(outcome, "check sum")));
-}
-
-TEST_CASE("read: the OpenGL buffers", "[io][real]") {
-    if (!real::there("opengl"))
-        return;
-    const fs::path data = real::data / "opengl";
-    int files = 0;
-    for (const auto& entry : fs::directory_iterator(data)) {
-        const auto name = entry.path().filename().string();
-        if (!contains(name, ".depth."))
-            continue;
-        const auto depth = read_depth(entry.path());
-        CHECK(depth.values.size() == cv::Size(161, 121));
-        CHECK(depth.storage == (name.ends_with(".png") ? Storage::uint16 : Storage::float32));
-        ++files;
-    }
-    CHECK(files == 19);
 }

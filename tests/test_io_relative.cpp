@@ -15,31 +15,19 @@ namespace {
 
 /// Disparity of a slanted floor with a box on it, from 0 to 1.
 cv::Mat scene(int columns = 96, int rows = 64) {
-    cv::Mat values(rows, columns, CV_32FC1);
-    for (int y = 0; y < rows; ++y)
-        for (int x = 0; x < columns; ++x) {
-            const bool box = x > columns / 3 && x < columns * 2 / 3 && y > rows / 4 && y < rows * 3 / 4;
-            values.at<float>(y, x) = box ? 0.9f : 0.1f + 0.5f * static_cast<float>(y) / static_cast<float>(rows);
-        }
-    return values;
+    return filled(columns, rows, [&](int x, int y) {
+        const bool box = x > columns / 3 && x < columns * 2 / 3 && y > rows / 4 && y < rows * 3 / 4;
+        return box ? 0.9f : 0.1f + 0.5f * static_cast<float>(y) / static_cast<float>(rows);
+    });
 }
 
 /// A picture of it: the box is bright.
 cv::Mat photo(int columns = 96, int rows = 64) {
     const cv::Mat values = scene(columns, rows);
-    cv::Mat color(rows, columns, CV_8UC3);
-    for (int y = 0; y < rows; ++y)
-        for (int x = 0; x < columns; ++x)
-            color.at<cv::Vec3b>(y, x) = values.at<float>(y, x) > 0.8f
-                                            ? cv::Vec3b(200, static_cast<uchar>(180 + x % 7), 240)
-                                            : cv::Vec3b(static_cast<uchar>(40 + y % 5), 60, 20);
-    return color;
-}
-
-cv::Mat as(const cv::Mat& values, int depth, double scale) {
-    cv::Mat result;
-    values.convertTo(result, depth, scale);
-    return result;
+    return filled<cv::Vec3b>(columns, rows, [&](int x, int y) {
+        return values.at<float>(y, x) > 0.8f ? cv::Vec3b(200, static_cast<uchar>(180 + x % 7), 240)
+                                             : cv::Vec3b(static_cast<uchar>(40 + y % 5), 60, 20);
+    });
 }
 
 fs::path saved(const fs::path& file, const cv::Mat& image) {
@@ -53,18 +41,16 @@ TEST_CASE("relative files: integers count from 0 to 1, floats by a range", "[rel
     const TempFolder folder;
     const cv::Mat values = scene();
     for (const char* name : {"a.png", "a.tif"}) {
-        const RelativeFile bytes = read_relative(saved(folder / name, as(values, CV_8U, 255)));
+        const RelativeFile bytes = read_relative(saved(folder / name, converted(values, CV_8U, 255)));
         CHECK(bytes.bits == 8);
         CHECK(cv::norm(bytes.values, values, cv::NORM_INF) <= 0.501 / 255);
-        const RelativeFile words = read_relative(saved(folder / name, as(values, CV_16U, 65535)));
+        const RelativeFile words = read_relative(saved(folder / name, converted(values, CV_16U, 65535)));
         CHECK(words.bits == 16);
         CHECK(cv::norm(words.values, values, cv::NORM_INF) <= 0.501 / 65535);
-        const cv::Mat grey = as(values, CV_8U, 255), channels[] = {grey, grey, grey};
-        cv::Mat equal;
-        cv::merge(channels, 3, equal);
-        CHECK(same(read_relative(saved(folder / name, equal)).values, bytes.values));
+        const cv::Mat grey = converted(values, CV_8U, 255);
+        CHECK(same(read_relative(saved(folder / name, merged({grey, grey, grey}))).values, bytes.values));
     }
-    CHECK(read_relative(saved(folder / "a.jpg", as(values, CV_8U, 255))).bits == 8);
+    CHECK(read_relative(saved(folder / "a.jpg", converted(values, CV_8U, 255))).bits == 8);
     write_image(folder / "a.exr", values * 20 - 3);
     const RelativeFile own = read_relative(folder / "a.exr");
     double low, high;
@@ -81,11 +67,12 @@ TEST_CASE("relative files: what has no order of distances is refused", "[relativ
         return refusal([&] { read_relative(file, options); });
     };
     check_says(refused(photo(), "map.png"), {"map.png", "has colours, as at pixel (", "colour map", "in grey"});
-    check_says(refused(as(scene(), CV_8U, 255), "a.png", {.range = std::array{90.0, 10.0}}),
+    check_says(refused(converted(scene(), CV_8U, 255), "a.png", {.range = std::array{90.0, 10.0}}),
                {"first end must be the lesser one"});
-    CHECK(read_relative(saved(folder / "range.png", as(scene(), CV_16U, 1000)), {.range = std::array{100.0, 900.0}})
+    CHECK(read_relative(saved(folder / "range.png", converted(scene(), CV_16U, 1000)),
+                        {.range = std::array{100.0, 900.0}})
               .values.at<float>(32, 48) == 1);
-    check_says(refused(as(scene(), CV_8U, 255), "a.png", {.channel = "Z"}), {"no OpenEXR file"});
+    check_says(refused(converted(scene(), CV_8U, 255), "a.png", {.channel = "Z"}), {"no OpenEXR file"});
     write_image(folder / "flat.exr", cv::Mat(4, 4, CV_32FC1, cv::Scalar(2)));
     CHECK(cv::countNonZero(read_relative(folder / "flat.exr").values) == 0); // all of it is equally near
     CHECK(read_relative(saved(folder / "b.png", cv::Mat(4, 4, CV_16UC1, cv::Scalar(9)))).values.at<float>(3, 3) ==
@@ -98,8 +85,9 @@ TEST_CASE("relative files: what has no order of distances is refused", "[relativ
 TEST_CASE("relative program: a photograph and a network's depth need no camera", "[relative]") {
     const Folder folder;
     const std::string picture = saved(folder / "photo.png", photo()),
-                      depth = saved(folder / "depth.png", as(scene(), CV_8U, 255)),
-                      deep = saved(folder / "deep.png", as(scene(), CV_16U, 65535)), out = folder / "out/blurred.png";
+                      depth = saved(folder / "depth.png", converted(scene(), CV_8U, 255)),
+                      deep = saved(folder / "deep.png", converted(scene(), CV_16U, 65535)),
+                      out = folder / "out/blurred.png";
     const auto blur = [&](const std::string& input, const Arguments& more) {
         return run(joined({"dof", input, "--relative", "high-is-near", "--color", picture, "-o", out}, more));
     };
@@ -126,7 +114,7 @@ TEST_CASE("relative program: a photograph and a network's depth need no camera",
     check_done(blur(depth, {"--blur-px", "20", "--focus-range", "0.85,1"}));
     check_done(blur(depth, {"--blur-px", "0", "--focus-at", "48,32"}));
     CHECK(same(cv::imread(out, cv::IMREAD_UNCHANGED), photo()));
-    const std::string small = saved(folder / "small.png", as(scene(48, 32), CV_8U, 255));
+    const std::string small = saved(folder / "small.png", converted(scene(48, 32), CV_8U, 255));
     check_done(blur(small, {"--blur-px", "20", "--focus-at", "48,32"}));
     check_done({"dof-masks", depth, "--relative", "low-is-near", "--blur-px", "20", "--focus-at", "1,1", "-o",
                 folder / "out/masks.exr"});
@@ -136,8 +124,8 @@ TEST_CASE("relative program: a photograph and a network's depth need no camera",
 TEST_CASE("relative program: what is wrong is told in one line", "[relative]") {
     const Folder folder;
     const std::string picture = saved(folder / "photo.png", photo()),
-                      depth = saved(folder / "depth.png", as(scene(), CV_8U, 255)), out = folder / "out/blurred.png",
-                      camera = camera_file(folder);
+                      depth = saved(folder / "depth.png", converted(scene(), CV_8U, 255)),
+                      out = folder / "out/blurred.png", camera = camera_file(folder);
     const auto refused = [&](const Arguments& more, int code, const std::string& named, const std::string& input) {
         check_refused(joined({"dof", input, "--color", picture, "-o", out}, more), code, named);
         CHECK(folder.results().empty());
@@ -152,7 +140,7 @@ TEST_CASE("relative program: what is wrong is told in one line", "[relative]") {
     refused(joined({"--relative", "near"}, joined(focus, blur)), 2, "high-is-near or low-is-near", depth);
     refused(joined(joined(relative, blur), {"--focus-at", "400,4"}), 1, "400,4 lies outside", depth);
     refused(joined(relative, joined(focus, blur)), 1, "colour map", picture);
-    const std::string tall = saved(folder / "tall.png", as(scene(40, 64), CV_8U, 255));
+    const std::string tall = saved(folder / "tall.png", converted(scene(40, 64), CV_8U, 255));
     refused(joined(relative, joined(focus, blur)), 1, "same ratio of width to height", tall);
     refused(joined(joined(relative, joined(focus, blur)), {"--clean-plate", picture}), 2, "--clean-plate", depth);
 }
@@ -220,7 +208,7 @@ TEST_CASE("relative program: a shot of floats has one range, whichever frames ar
     CHECK(contains(json.out.substr(0, json.out.find('\n')), "\"relative_range\":[0.8"));
     const Folder grey; // integers have the range of their bits
     for (int i = 1; i <= 2; ++i)
-        saved(grey / ("shot.000" + std::to_string(i) + ".png"), as(scene() * (0.5 + 0.2 * i), CV_16U, 65535));
+        saved(grey / ("shot.000" + std::to_string(i) + ".png"), converted(scene() * (0.5 + 0.2 * i), CV_16U, 65535));
     const Outcome integers = run(joined(joined(masks, {grey / "out/####.exr"}), {grey / "shot.####.png"}));
     CHECK(integers.code == 0);
     CHECK_FALSE(contains(integers.out, "--relative-range"));

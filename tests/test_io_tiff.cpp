@@ -122,26 +122,6 @@ TEST_CASE("tiff: strips that are not there are refused, wrong counts of their by
     check_says([&] { read_depth(with(TIFFTAG_ROWSPERSTRIP, 1)); }, {"b.tif: is damaged or cut short"});
 }
 
-TEST_CASE("tiff: channels in separate planes are refused", "[io]") {
-    const TempFolder folder;
-    const auto file = folder / "a.tif";
-    TIFF* tiff = TIFFOpen(file.c_str(), "w");
-    REQUIRE(tiff);
-    for (const auto& [tag, value] : {std::pair{TIFFTAG_IMAGEWIDTH, 2},
-                                     {TIFFTAG_IMAGELENGTH, 2},
-                                     {TIFFTAG_BITSPERSAMPLE, 16},
-                                     {TIFFTAG_SAMPLESPERPIXEL, 3},
-                                     {TIFFTAG_PHOTOMETRIC, PHOTOMETRIC_RGB},
-                                     {TIFFTAG_PLANARCONFIG, PLANARCONFIG_SEPARATE},
-                                     {TIFFTAG_ROWSPERSTRIP, 2}})
-        TIFFSetField(tiff, static_cast<std::uint32_t>(tag), value);
-    std::uint16_t plane[] = {1, 2, 3, 4};
-    for (std::uint32_t strip = 0; strip < 3; ++strip)
-        REQUIRE(TIFFWriteEncodedStrip(tiff, strip, plane, sizeof plane) > 0);
-    TIFFClose(tiff);
-    check_says([&] { read_color(file); }, {"a.tif: keeps its channels in separate planes"});
-}
-
 TEST_CASE("tiff: integers of 64 bits are refused", "[io]") {
     const TempFolder folder;
     for (const int format : {SAMPLEFORMAT_UINT, SAMPLEFORMAT_INT}) {

@@ -1,6 +1,7 @@
 // What decoders leave unwritten is refused, and never shows: images over two patterns of memory are the same.
 #include "io_files.hpp"
 #include "matrices.hpp"
+#include "tiff_files.hpp"
 
 #include "io/formats.hpp"
 
@@ -10,7 +11,6 @@
 #include <opencv2/imgcodecs.hpp>
 
 #include <malloc.h>
-#include <tiffio.h>
 
 using namespace fathom;
 using namespace fathom::test;
@@ -21,7 +21,21 @@ namespace {
 struct Coding {
     std::uint16_t compression, predictor = PREDICTOR_NONE;
     int type = CV_32FC1;
-    std::uint16_t photometric = PHOTOMETRIC_MINISBLACK;
+    bool white_is_0 = false;
+
+    std::uint16_t format() const { return CV_MAT_DEPTH(type) == CV_32F ? SAMPLEFORMAT_IEEEFP : SAMPLEFORMAT_UINT; }
+    TiffForm form(std::uint32_t rows, bool tiled = false) const {
+        return {.compression = compression,
+                .predictor = predictor,
+                .rows = rows,
+                .tiled = tiled,
+                .more = [*this](TIFF* tiff) {
+                    if (white_is_0)
+                        TIFFSetField(tiff, TIFFTAG_PHOTOMETRIC, PHOTOMETRIC_MINISWHITE);
+                    if (compression == COMPRESSION_JPEG)
+                        TIFFSetField(tiff, TIFFTAG_JPEGTABLESMODE, 0);
+                }};
+    }
 };
 
 /// Steps, which every codec makes shorter, and no two rows alike.
@@ -42,35 +56,10 @@ cv::Mat steps_of(int type, cv::Size size) {
     return image;
 }
 
-void set_fields(TIFF* tiff, cv::Size size, const Coding& coding) {
-    const cv::Mat pixel(1, 1, coding.type);
-    const std::uint16_t format = pixel.depth() == CV_32F ? SAMPLEFORMAT_IEEEFP : SAMPLEFORMAT_UINT;
-    TIFFSetField(tiff, TIFFTAG_IMAGEWIDTH, size.width);
-    TIFFSetField(tiff, TIFFTAG_IMAGELENGTH, size.height);
-    TIFFSetField(tiff, TIFFTAG_BITSPERSAMPLE, static_cast<int>(pixel.elemSize1() * 8));
-    TIFFSetField(tiff, TIFFTAG_SAMPLEFORMAT, format);
-    TIFFSetField(tiff, TIFFTAG_SAMPLESPERPIXEL, pixel.channels());
-    TIFFSetField(tiff, TIFFTAG_PHOTOMETRIC, coding.photometric);
-    TIFFSetField(tiff, TIFFTAG_PLANARCONFIG, PLANARCONFIG_CONTIG);
-    TIFFSetField(tiff, TIFFTAG_COMPRESSION, coding.compression);
-    if (coding.predictor != PREDICTOR_NONE)
-        TIFFSetField(tiff, TIFFTAG_PREDICTOR, coding.predictor);
-    if (coding.photometric == PHOTOMETRIC_YCBCR)
-        TIFFSetField(tiff, TIFFTAG_YCBCRSUBSAMPLING, 1, 1);
-    if (coding.compression == COMPRESSION_JPEG)
-        TIFFSetField(tiff, TIFFTAG_JPEGTABLESMODE, 0);
-}
-
 /// The bytes that stand for an image as one strip.
 Bytes encoded(const fs::path& file, const cv::Mat& image, const Coding& coding) {
-    TIFF* tiff = TIFFOpen(file.c_str(), "w");
-    REQUIRE(tiff);
-    set_fields(tiff, image.size(), coding);
-    TIFFSetField(tiff, TIFFTAG_ROWSPERSTRIP, image.rows);
-    cv::Mat copy = image.clone(); // libtiff changes it
-    REQUIRE(TIFFWriteEncodedStrip(tiff, 0, copy.data, static_cast<tmsize_t>(copy.total() * copy.elemSize())) > 0);
-    TIFFClose(tiff);
-    tiff = TIFFOpen(file.c_str(), "rc"); // libtiff would take a strip that is not packed for several
+    write_tiff(file, image, coding.format(), coding.form(static_cast<std::uint32_t>(image.rows)));
+    TIFF* tiff = TIFFOpen(file.c_str(), "rc"); // libtiff would take a strip that is not packed for several
     Bytes bytes(TIFFGetStrileByteCount(tiff, 0));
     REQUIRE(TIFFReadRawStrip(tiff, 0, bytes.data(), static_cast<tmsize_t>(bytes.size())) ==
             static_cast<tmsize_t>(bytes.size()));
@@ -82,15 +71,8 @@ Bytes encoded(const fs::path& file, const cv::Mat& image, const Coding& coding) 
 fs::path misfit(const TempFolder& folder, const cv::Mat& image, const Coding& coding, cv::Size piece, bool tiled,
                 cv::Size more) {
     const fs::path file = folder / "misfit.tif";
-    TIFF* tiff = TIFFOpen(file.c_str(), "w");
-    REQUIRE(tiff);
-    set_fields(tiff, image.size(), coding);
-    if (tiled) {
-        TIFFSetField(tiff, TIFFTAG_TILEWIDTH, piece.width);
-        TIFFSetField(tiff, TIFFTAG_TILELENGTH, piece.height);
-    } else {
-        TIFFSetField(tiff, TIFFTAG_ROWSPERSTRIP, piece.height);
-    }
+    TIFF* tiff = begun_tiff(file, image.size(), coding.type, coding.format(),
+                            coding.form(static_cast<std::uint32_t>(piece.height), tiled));
     std::uint32_t i = 0;
     for (int y = 0; y < image.rows; y += piece.height)
         for (int x = 0; x < image.cols; x += piece.width, ++i) {
@@ -146,11 +128,10 @@ std::vector<Coding> codings() {
                     (predictor == PREDICTOR_NONE || predicts) &&
                     (predictor != PREDICTOR_FLOATINGPOINT || type == CV_32FC1))
                     all.push_back(
-                        {static_cast<std::uint16_t>(compression), static_cast<std::uint16_t>(predictor), type,
-                         static_cast<std::uint16_t>(CV_MAT_CN(type) > 1 ? PHOTOMETRIC_RGB : PHOTOMETRIC_MINISBLACK)});
+                        {static_cast<std::uint16_t>(compression), static_cast<std::uint16_t>(predictor), type});
             }
-    all.push_back({COMPRESSION_LZW, PREDICTOR_NONE, CV_8UC1, PHOTOMETRIC_MINISWHITE});
-    all.push_back({COMPRESSION_ADOBE_DEFLATE, PREDICTOR_NONE, CV_8UC1, PHOTOMETRIC_MINISWHITE});
+    all.push_back({COMPRESSION_LZW, PREDICTOR_NONE, CV_8UC1, true});
+    all.push_back({COMPRESSION_ADOBE_DEFLATE, PREDICTOR_NONE, CV_8UC1, true});
     return all;
 }
 
@@ -187,7 +168,7 @@ TEST_CASE("unwritten: strips and tiles of a TIFF that hold more than their pixel
                     if (read.empty() || more < 0)
                         continue;
                     const cv::Mat theirs = cv::imread(file, cv::IMREAD_UNCHANGED);
-                    if (coding.photometric != PHOTOMETRIC_MINISWHITE)
+                    if (!coding.white_is_0)
                         CHECK(same(io::swap_red_and_blue(read), image));
                     else if (more == 0)
                         CHECK(same(read, theirs));

@@ -26,4 +26,4 @@ target_link_libraries(fathom_tests PRIVATE ${objects}
   ${FATHOM_TESTS_FROM}/src/cli/libfathom_cli.a
   ${FATHOM_TESTS_FROM}/src/shot/libfathom_shot.a
   ${FATHOM_TESTS_FROM}/src/sequence/libfathom_sequence.a
-  ${checked} quadmath fmt::fmt OpenEXR::OpenEXR TIFF::TIFF PNG::PNG JPEG::JPEG ZLIB::ZLIB opencv_imgcodecs opencv_imgproc)
+  ${checked} quadmath fmt::fmt OpenEXR::OpenEXR TIFF::TIFF ZLIB::ZLIB opencv_imgcodecs opencv_imgproc)
