@@ -56,9 +56,8 @@ inline void write(const fs::path& file, const std::string& bytes) {
 
 struct Surroundings {
     rlim_t largest_file = RLIM_INFINITY; // bytes: what a full disk looks like to a program
-    std::string variable = {};           // NAME=value
     std::string out = {};                // where stdout goes; empty: kept
-    Arguments before = {};               // of another program that starts it: `strace`, or `unshare`
+    Arguments before = {};               // of another program that starts it: `strace`, or `env` with variables
     std::string program = places::program;
     unsigned patience_s = test::patience_s;
 };
@@ -77,16 +76,11 @@ public:
         keeps_out_ = surroundings.out.empty();
         out_ = keeps_out_ ? streams_ / "stdout" : surroundings.out;
         err_ = streams_ / "stderr";
-        std::vector<char*> argv, envp;
+        std::vector<char*> argv;
         Arguments all = joined(joined(surroundings.before, {surroundings.program}), arguments);
         for (std::string& argument : all)
             argv.push_back(argument.data());
         argv.push_back(nullptr);
-        for (char** variable = environ; *variable; ++variable)
-            envp.push_back(*variable);
-        if (!surroundings.variable.empty())
-            envp.push_back(const_cast<char*>(surroundings.variable.c_str()));
-        envp.push_back(nullptr);
         child_ = fork();
         if (child_ == 0) {
             const rlimit limit{surroundings.largest_file, surroundings.largest_file};
@@ -94,7 +88,7 @@ public:
             alarm(surroundings.patience_s);
             redirect(out_, STDOUT_FILENO);
             redirect(err_, STDERR_FILENO);
-            execvpe(argv[0], argv.data(), envp.data());
+            execvp(argv[0], argv.data());
             _exit(126);
         }
     }
@@ -196,15 +190,6 @@ inline void check_refused(const Arguments& arguments, int code, const std::strin
     }
 }
 
-/// The same for one of several inputs: its line, and a last one that lists it.
-inline void check_one_failed(const Outcome& outcome, int inputs, const std::string& file, const std::string& named) {
-    INFO("stderr: " << outcome.err);
-    CHECK(outcome.code == 1);
-    CHECK(outcome.err.starts_with("fathom: " + file + ": " + named));
-    CHECK(outcome.err.ends_with("\nfathom: 1 of " + std::to_string(inputs) + " inputs failed: " + file + "\n"));
-    CHECK(std::count(outcome.err.begin(), outcome.err.end(), '\n') == 2);
-}
-
 inline constexpr int width = 48, height = 32;
 
 inline std::string camera_file(const Folder& folder, const std::string& more = {}) {
@@ -215,20 +200,16 @@ inline std::string camera_file(const Folder& folder, const std::string& more = {
 
 /// A ramp of depths, a background pixel in its corner.
 inline cv::Mat ramp(int columns = width, int rows = height) {
-    cv::Mat depth(rows, columns, CV_32FC1);
-    for (int y = 0; y < rows; ++y)
-        for (int x = 0; x < columns; ++x)
-            depth.at<float>(y, x) = static_cast<float>(y * columns + x + 1) / static_cast<float>(rows * columns);
-    return depth;
+    return filled(columns, rows, [&](int x, int y) {
+        return static_cast<float>(y * columns + x + 1) / static_cast<float>(rows * columns);
+    });
 }
 
 /// The ramp as the type that the extension stands for: 16-bit integers in .png, floats elsewhere.
 inline std::string depth_file(const Folder& folder, const std::string& name, const cv::Mat& depth = ramp()) {
     const std::string file = folder / name;
     if (fs::path(name).extension() == ".png") {
-        cv::Mat codes;
-        depth.convertTo(codes, CV_16U, 65535);
-        cv::imwrite(file, codes);
+        cv::imwrite(file, converted(depth, CV_16U, 65535));
     } else {
         write_image(file, depth, {.channels = {"Z"}, .png_scale = {}});
     }

@@ -274,7 +274,7 @@ TEST_CASE("program frames: a size of memory is a number and a unit") {
     const Arguments arguments{"linearize", depth_file(folder, "a.exr"), "--camera", camera_file(folder),
                               "-o",        folder / "out/a.exr",        "--memory"};
     for (const char* good : {"1", "64K", "1.5M", "2G", "1T"})
-        CHECK(run(joined(arguments, {good})).code == 0);
+        CHECK(usage_refusal(joined(arguments, {good})).empty());
     for (const char* bad : {"0", "G", "-1G", "2X", "1e30G", "nan", "inf", "2GG"})
         check_refused(joined(arguments, {bad}), 2, "--memory");
 }
@@ -282,6 +282,7 @@ TEST_CASE("program frames: a size of memory is a number and a unit") {
 TEST_CASE("program frames: a line of progress on a terminal, which leaves the lines alone") {
     const Folder folder;
     const std::vector<std::string> shot = make_shot(folder, 5);
+    const std::string kind = GENERATE("TERM=xterm", "TERM=dumb");
     const int terminal = posix_openpt(O_RDWR | O_NOCTTY);
     REQUIRE(terminal >= 0);
     REQUIRE(grantpt(terminal) == 0);
@@ -289,27 +290,12 @@ TEST_CASE("program frames: a line of progress on a terminal, which leaves the li
     const int other_end = open(ptsname(terminal), O_RDWR | O_NOCTTY);
     const winsize size{24, 60, 0, 0};
     REQUIRE(ioctl(other_end, TIOCSWINSZ, &size) == 0);
-    Arguments arguments =
-        joined({places::program, "linearize", "--camera", camera_file(folder), "-o", folder / "out/"}, shot);
-    const std::string kind = GENERATE("TERM=xterm", "TERM=dumb");
-    const pid_t child = fork();
-    if (child == 0) {
-        alarm(patience_s);
-        const int out = open((folder / "lines").c_str(), O_WRONLY | O_CREAT, 0666);
-        dup2(out, STDOUT_FILENO);
-        dup2(other_end, STDERR_FILENO);
-        putenv(const_cast<char*>(kind.c_str()));
-        std::vector<char*> argv;
-        for (std::string& argument : arguments)
-            argv.push_back(argument.data());
-        argv.push_back(nullptr);
-        execv(places::program, argv.data());
-        _exit(126);
-    }
-    int status = 0;
-    waitpid(child, &status, 0);
-    CHECK(WEXITSTATUS(status) == 0);
-    CHECK(lines_of(content(folder / "lines")).size() == 5);
+    const Surroundings on_terminal{
+        .before = {"env", kind, "sh", "-c", std::string(R"(exec "$@" 2>)") + ptsname(terminal), "sh"}};
+    const Outcome outcome =
+        run(joined({"linearize", "--camera", camera_file(folder), "-o", folder / "out/"}, shot), on_terminal);
+    CHECK(outcome.code == 0);
+    CHECK(lines_of(outcome.out).size() == 5);
     close(other_end); // reading ends where nobody can write any more
     std::string shown;
     std::array<char, 4096> part{};

@@ -18,12 +18,6 @@ cv::Mat mask_of(double share = 0.3) {
     return mask;
 }
 
-cv::Mat as(const cv::Mat& image, int type, double scale = 1) {
-    cv::Mat result;
-    image.convertTo(result, type, scale);
-    return result;
-}
-
 /// The bits of a NaN may differ.
 bool alike(const cv::Mat& a, const cv::Mat& b) {
     return a.size() == b.size() && std::equal(a.begin<float>(), a.end<float>(), b.begin<float>(), [](float x, float y) {
@@ -70,18 +64,18 @@ struct Scene {
 TEST_CASE("ignore program: a mask of any type takes its pixels out, and leaves the bits of all others") {
     const Scene scene;
     const cv::Mat mask = mask_of(), expected = without(scene.z(scene.depth), mask);
-    cv::Mat colors;
-    cv::merge(std::vector<cv::Mat>{mask, mask * 0, mask * 0}, colors);
+    const cv::Mat colors = merged({mask, mask * 0, mask * 0});
     const std::string bools = scene.folder / "mask.npy", exr = scene.folder / "mask.exr";
     write_bools(bools, mask);
-    write_image(exr, as(mask, CV_32F, 0.001), {.channels = {"mask"}, .png_scale = {}});
-    for (const std::string& file : {scene.saved("mask.png", mask), scene.saved("words.png", as(mask, CV_16U, 0.004)),
-                                    scene.saved("colors.png", colors), scene.saved("mask.tif", mask), bools, exr}) {
+    write_image(exr, converted(mask, CV_32F, 0.001), {.channels = {"mask"}, .png_scale = {}});
+    for (const std::string& file :
+         {scene.saved("mask.png", mask), scene.saved("words.png", converted(mask, CV_16U, 0.004)),
+          scene.saved("colors.png", colors), scene.saved("mask.tif", mask), bools, exr}) {
         INFO(file);
         CHECK(alike(scene.z(scene.depth, {"--ignore", file}), expected));
     }
     for (const char* name : {"a.png", "b.tif"}) { // integers, whose camera names no code
-        const std::string integers = scene.saved(name, as(ramp(), CV_16U, 65535));
+        const std::string integers = scene.saved(name, converted(ramp(), CV_16U, 65535));
         CHECK(alike(scene.z(integers, {"--ignore", scene.folder / "mask.png"}), without(scene.z(integers), mask)));
     }
     // Operations that look around see no more of them than of NaN in the file.
@@ -96,9 +90,7 @@ TEST_CASE("ignore program: a mask of any type takes its pixels out, and leaves t
 
 TEST_CASE("ignore program: an alpha or a confidence leaves out what is below a threshold") {
     const Scene scene;
-    cv::Mat confidence(height, width, CV_8UC1);
-    for (int i = 0; i < width * height; ++i)
-        confidence.data[i] = static_cast<uchar>(i % 256);
+    const cv::Mat confidence = filled<uchar>(width, height, [](int x, int y) { return (y * width + x) % 256; });
     const cv::Mat plain = scene.z(scene.depth);
     const auto left = [&](const std::string& file, const char* below) {
         return scene.z(scene.depth, {"--ignore", file, "--ignore-below", below});
@@ -106,13 +98,12 @@ TEST_CASE("ignore program: an alpha or a confidence leaves out what is below a t
     const std::string grey = scene.saved("confidence.png", confidence);
     CHECK(alike(left(grey, "3"), without(plain, confidence < 3)));
     CHECK(alike(left(grey, "0.5"), without(plain, confidence < 127.5)));
-    cv::Mat picture;
-    cv::merge(std::vector<cv::Mat>{confidence * 0, confidence * 0, confidence * 0, confidence}, picture);
+    const cv::Mat picture = merged({confidence * 0, confidence * 0, confidence * 0, confidence});
     const std::string alpha = scene.saved("alpha.png", picture);
     CHECK(alike(left(alpha, "1"), without(plain, confidence < 255)));
     CHECK(alike(left(alpha, "0.25"), without(plain, confidence < 63.75)));
     const std::string exr = scene.folder / "rgba.exr";
-    write_color(exr, as(picture, CV_32F, 1 / 255.0));
+    write_color(exr, converted(picture, CV_32F, 1 / 255.0));
     CHECK(alike(left(exr, "0.5"), without(plain, confidence < 127.5)));
     // Beyond the data window of a mask nothing is masked, and nothing has a confidence.
     write(fs::path(scene.folder / "part.exr"),
@@ -139,7 +130,7 @@ TEST_CASE("valid program: distances outside are invalid, bounds lie within, and 
     const cv::Mat mask = mask_of();
     CHECK(alike(scene.z(scene.depth, {"--valid", "0.75,1", "--ignore", scene.saved("mask.png", mask)}),
                 without(valid(0.75, 1), mask)));
-    const std::string integers = scene.saved("a.png", as(ramp(), CV_16U, 65535));
+    const std::string integers = scene.saved("a.png", converted(ramp(), CV_16U, 65535));
     const cv::Mat of_integers = scene.z(integers);
     CHECK(alike(scene.z(integers, {"--valid", "0.75,1"}),
                 without(of_integers, (of_integers < 0.75) | ((of_integers > 1) & (of_integers < HUGE_VAL)))));
@@ -179,7 +170,6 @@ TEST_CASE("ignore program: what is wrong is told in one line, with the cure") {
     write_image(layers, cv::Mat(height, width, CV_32FC3, cv::Scalar(0, 0, 0)),
                 {.channels = {"N.X", "N.Y", "N.Z"}, .png_scale = {}});
     refused({"--ignore", layers, "--ignore-below", "1"}, 1, "is an alpha or a confidence");
-    cv::Mat colors;
-    cv::merge(std::vector<cv::Mat>(3, mask_of()), colors);
-    refused({"--ignore", scene.saved("colors.png", colors), "--ignore-below", "1"}, 1, "no alpha");
+    const std::string colors = scene.saved("colors.png", merged({mask_of(), mask_of(), mask_of()}));
+    refused({"--ignore", colors, "--ignore-below", "1"}, 1, "no alpha");
 }

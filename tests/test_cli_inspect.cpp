@@ -22,14 +22,11 @@ cv::Mat room() {
 
 /// CARLA's 24 bits, R the lowest: 1000 m/(2²⁴ − 1) a step.
 cv::Mat packed(const cv::Mat& z) {
-    cv::Mat bgr(z.size(), CV_8UC3);
-    for (int y = 0; y < z.rows; ++y)
-        for (int x = 0; x < z.cols; ++x) {
-            const auto code = static_cast<unsigned>(std::lround(static_cast<double>(z.at<float>(y, x)) * 16777.215));
-            bgr.at<cv::Vec3b>(y, x) = {static_cast<std::uint8_t>(code >> 16), static_cast<std::uint8_t>(code >> 8),
-                                       static_cast<std::uint8_t>(code)};
-        }
-    return bgr;
+    return filled<cv::Vec3b>(z.cols, z.rows, [&](int x, int y) {
+        const auto code = static_cast<unsigned>(std::lround(static_cast<double>(z.at<float>(y, x)) * 16777.215));
+        return cv::Vec3b(static_cast<std::uint8_t>(code >> 16), static_cast<std::uint8_t>(code >> 8),
+                         static_cast<std::uint8_t>(code));
+    });
 }
 
 /// What follows `label` on its line.

@@ -8,11 +8,8 @@ namespace {
 
 // Depth of steps between 3 and 4 m, as numbers that need no decoding.
 cv::Mat steps(int columns, int rows) {
-    cv::Mat depth(rows, columns, CV_32FC1);
-    for (int y = 0; y < rows; ++y)
-        for (int x = 0; x < columns; ++x)
-            depth.at<float>(y, x) = 3.0f + 0.02f * static_cast<float>(x / 37 % 3 + y / 29 % 2 + (x / 211 + y / 97) % 4);
-    return depth;
+    return filled(columns, rows,
+                  [](int x, int y) { return 3 + 0.02 * (x / 37 % 3 + y / 29 % 2 + (x / 211 + y / 97) % 4); });
 }
 
 bool same_files(const std::string& a, const std::string& b) {

@@ -1,5 +1,5 @@
 // Mistakes that used to pass in silence: input, the line that is expected, the exit code. And right inputs, which warn of
-// nothing.
+// nothing. More of depth are in test_doubts.cpp, and of camera files in test_io_camera_file.cpp.
 #include "io_files.hpp"
 #include "program.hpp"
 #include "real_inputs.hpp"
@@ -30,56 +30,41 @@ const std::string wide = R"("perspective": {"fov_y_deg": 60})";
 
 /// A slanted plane, metres from 2.6 to 10, some of them replaced.
 cv::Mat metres(double fraction = 0, float instead = 0) {
-    cv::Mat depth(height, width, CV_32FC1);
-    for (int i = 0; i < width * height; ++i)
-        depth.at<float>(i / width, i % width) =
-            i < fraction * width * height
-                ? instead
-                : static_cast<float>(1 / (1 / 2.6 + (1 / 10.0 - 1 / 2.6) * i / (width * height - 1)));
-    return depth;
+    return filled(width, height, [&](int x, int y) {
+        const int i = y * width + x;
+        return i < fraction * width * height
+                   ? instead
+                   : static_cast<float>(1 / (1 / 2.6 + (1 / 10.0 - 1 / 2.6) * i / (width * height - 1)));
+    });
 }
 
 /// The same, as another description has it: what `stored` makes of z, and of how much longer the ray is than z.
 cv::Mat plane(const std::function<double(double z, double stretch)>& stored) {
-    cv::Mat depth = metres();
+    const cv::Mat depth = metres();
     const double f = height / 2.0 / std::tan(std::numbers::pi / 6);
-    for (int y = 0; y < height; ++y)
-        for (int x = 0; x < width; ++x) {
-            const double stretch = std::hypot(x + 0.5 - width / 2.0, y + 0.5 - height / 2.0, f) / f;
-            depth.at<float>(y, x) = static_cast<float>(stored(static_cast<double>(depth.at<float>(y, x)), stretch));
-        }
-    return depth;
+    return filled(width, height, [&](int x, int y) {
+        const double stretch = std::hypot(x + 0.5 - width / 2.0, y + 0.5 - height / 2.0, f) / f;
+        return stored(static_cast<double>(depth.at<float>(y, x)), stretch);
+    });
 }
 
 /// Colours that change slowly, as in a photograph. With R as the lowest byte they would be 24 bits.
-cv::Mat picture(int columns = width, int rows = height) {
-    cv::Mat color(rows, columns, CV_8UC3);
-    for (int y = 0; y < rows; ++y)
-        for (int x = 0; x < columns; ++x)
-            color.at<cv::Vec3b>(y, x) =
-                cv::Vec3b(cv::saturate_cast<uchar>(90 + x + y), cv::saturate_cast<uchar>(80 + x + y),
-                          cv::saturate_cast<uchar>(60 + x + 3 * (y % 9)));
-    return color;
+cv::Mat picture() {
+    return filled<cv::Vec3b>(width, height, [](int x, int y) {
+        return cv::Vec3b(cv::saturate_cast<uchar>(90 + x + y), cv::saturate_cast<uchar>(80 + x + y),
+                         cv::saturate_cast<uchar>(60 + x + 3 * (y % 9)));
+    });
 }
 
 /// 24 bits of a plane, R the lowest byte.
 cv::Mat packed() {
     const cv::Mat depth = metres();
-    cv::Mat bgr(height, width, CV_8UC3);
-    for (int y = 0; y < height; ++y)
-        for (int x = 0; x < width; ++x) {
-            const auto code =
-                static_cast<unsigned>(std::lround(static_cast<double>(depth.at<float>(y, x)) / 40 * 16777215));
-            bgr.at<cv::Vec3b>(y, x) = cv::Vec3b(static_cast<uchar>(code >> 16), static_cast<uchar>(code >> 8 & 255),
-                                                static_cast<uchar>(code & 255));
-        }
-    return bgr;
-}
-
-cv::Mat two_channels() {
-    cv::Mat both;
-    cv::merge(std::vector<cv::Mat>{metres(), metres()}, both);
-    return both;
+    return filled<cv::Vec3b>(width, height, [&](int x, int y) {
+        const auto code =
+            static_cast<unsigned>(std::lround(static_cast<double>(depth.at<float>(y, x)) / 40 * 16777215));
+        return cv::Vec3b(static_cast<uchar>(code >> 16), static_cast<uchar>(code >> 8 & 255),
+                         static_cast<uchar>(code & 255));
+    });
 }
 
 cv::Mat constant(float value) {
@@ -88,33 +73,24 @@ cv::Mat constant(float value) {
 
 /// A wall at 5 metres over a fraction of the image, and one at 8.
 cv::Mat walls(double fraction) {
-    cv::Mat depth = constant(8);
-    for (int i = 0; i < fraction * width * height; ++i)
-        depth.at<float>(i / width, i % width) = 5;
-    return depth;
+    return filled(width, height, [&](int x, int y) { return y * width + x < fraction * width * height ? 5 : 8; });
 }
 
 cv::Mat codes(const cv::Mat& depth, double scale) {
-    cv::Mat result;
-    depth.convertTo(result, CV_16U, scale);
-    return result;
+    return converted(depth, CV_16U, scale);
 }
 
 /// A box of a room, seen from its inside: distances in all directions, twice as wide as high.
 cv::Mat all_directions() {
-    cv::Mat depth(64, 128, CV_32FC1);
-    for (int y = 0; y < depth.rows; ++y)
-        for (int x = 0; x < depth.cols; ++x) {
-            const double along = (x + 0.5) / depth.cols * 2 * std::numbers::pi,
-                         up = (0.5 - (y + 0.5) / depth.rows) * std::numbers::pi;
-            const double direction[] = {std::cos(up) * std::sin(along), std::sin(up), std::cos(up) * std::cos(along)};
-            constexpr double before[] = {4.2, 1.4, 2.1}, behind[] = {2.3, 1.2, 6.4};
-            double distance = 1e9;
-            for (int i = 0; i < 3; ++i)
-                distance = std::min(distance, direction[i] > 0 ? before[i] / direction[i] : -behind[i] / direction[i]);
-            depth.at<float>(y, x) = static_cast<float>(distance);
-        }
-    return depth;
+    return filled(128, 64, [](int x, int y) {
+        const double along = (x + 0.5) / 128 * 2 * std::numbers::pi, up = (0.5 - (y + 0.5) / 64) * std::numbers::pi;
+        const double direction[] = {std::cos(up) * std::sin(along), std::sin(up), std::cos(up) * std::cos(along)};
+        constexpr double before[] = {4.2, 1.4, 2.1}, behind[] = {2.3, 1.2, 6.4};
+        double distance = 1e9;
+        for (int i = 0; i < 3; ++i)
+            distance = std::min(distance, direction[i] > 0 ? before[i] / direction[i] : -behind[i] / direction[i]);
+        return distance;
+    });
 }
 
 /// A floor without anything on it, in all directions.
@@ -127,32 +103,14 @@ cv::Mat floor_in_all_directions() {
 
 /// A pinhole's picture of that shape: a corridor with a floor and a ceiling, as wide on either side.
 cv::Mat corridor() {
-    cv::Mat depth(64, 128, CV_32FC1);
-    for (int y = 0; y < depth.rows; ++y)
-        for (int x = 0; x < depth.cols; ++x)
-            depth.at<float>(y, x) =
-                static_cast<float>(1 / std::max({std::abs(x + 0.5 - 64) / 100, std::abs(y + 0.5 - 32) / 60, 0.05}));
-    return depth;
-}
-
-/// Millimetres whose bits are rotated left by three.
-cv::Mat rotated(double farthest) {
-    cv::Mat result = codes(metres() * farthest / 10, 1000);
-    for (auto& code : cv::Mat_<std::uint16_t>(result))
-        code = std::rotl(code, 3);
-    return result;
+    return filled(128, 64, [](int x, int y) {
+        return 1 / std::max({std::abs(x + 0.5 - 64) / 100, std::abs(y + 0.5 - 32) / 60, 0.05});
+    });
 }
 
 cv::Mat half_bits() {
-    cv::Mat half;
-    cv::Mat(1000 * metres()).convertTo(half, CV_16F);
+    const cv::Mat half = converted(1000 * metres(), CV_16F);
     return cv::Mat(half.size(), CV_16UC1, half.data).clone();
-}
-
-cv::Mat eight_bits(const cv::Mat& depth, double scale) {
-    cv::Mat result;
-    depth.convertTo(result, CV_8U, scale);
-    return result;
 }
 
 /// Codes without any surface.
@@ -165,23 +123,15 @@ cv::Mat noise(int columns, int rows) {
 }
 
 cv::Mat grey_8() {
-    cv::Mat result;
-    ramp().convertTo(result, CV_8U, 255);
-    return result;
-}
-
-cv::Mat grey() {
-    cv::Mat result;
-    cv::merge(std::vector<cv::Mat>(3, grey_8()), result);
-    return result;
+    return converted(ramp(), CV_8U, 255);
 }
 
 /// A depth buffer that surfaces without a flat place fill, the sky in it.
 cv::Mat far_buffer() {
-    cv::Mat depth(height, width, CV_32FC1);
-    for (int i = 0; i < width * height; ++i)
-        depth.at<float>(i / width, i % width) = i % 7 == 0 ? 1.0f : 0.97f + 0.02f * static_cast<float>(std::sin(i * i));
-    return depth;
+    return filled(width, height, [](int x, int y) {
+        const int i = y * width + x;
+        return i % 7 == 0 ? 1 : 0.97 + 0.02 * std::sin(i * i);
+    });
 }
 
 std::string calibration(const std::string& fx, const std::string& fy, const std::string& cx, const std::string& cy) {
@@ -197,10 +147,6 @@ using Said = std::vector<std::string>;
 Mistake refused(const char* name, const cv::Mat& depth, const char* file, const std::string& camera, const Said& said,
                 const Arguments& command = {"linearize"}) {
     return {name, depth, file, camera, 1, said, command};
-}
-Mistake wrong_option(const char* name, const cv::Mat& depth, const char* file, const std::string& camera,
-                     const Said& said, const Arguments& command) {
-    return {name, depth, file, camera, 2, said, command};
 }
 Mistake warned(const char* name, const cv::Mat& depth, const char* file, const std::string& camera, Said said,
                const Arguments& command = {"linearize"}, const char* result = "z.exr") {
@@ -218,8 +164,6 @@ std::vector<Mistake> mistakes() {
         refused("metric depth as a depth buffer", metres(), "a.exr", window,
                 {"a.exr: no pixel has a depth", "2.6 to 10", "\"window\" depth lies in 0 to 1",
                  "\"encoding\": \"view-z\""}),
-        refused("metric depth as linear", metres(), "a.pfm", lens + R"(, "encoding": "linear")",
-                {"no pixel", "\"linear\" depth lies in 0 to 1"}),
         refused("nothing but NaN", constant(NAN), "a.exr", view_z, {"all of its values are NaN", "--channel"}),
         refused("nothing but infinity", constant(-INFINITY), "a.exr", view_z, {"none of its values is finite"}),
         refused("negative depth", -1 * metres(), "a.exr", view_z, {"no pixel has a depth", "from -10 to -2.6"}),
@@ -229,17 +173,7 @@ std::vector<Mistake> mistakes() {
         warned("a third is negative", metres(0.34, -1), "a.exr", view_z,
                {"a.exr: 34 % of the pixels are invalid", "from -1 to 10"}),
         warned("half is beyond the range", metres(0.5, 0.5f), "a.exr", window, {"50 % of the pixels are invalid"}),
-        warned("Blender's sky as a surface", metres(0.2, 1e10f), "a.exr", view_z,
-               {"20 % of the pixels hold 1e+10", "\"background_from\": 1e+10"}),
         warned("the sky of half floats as a surface", metres(0.2, 65504), "a.exr", view_z, {"hold 65504"}),
-        warned("millimetres without a scale", codes(metres(), 1000), "a.png", view_z,
-               {"depths run from 2600 to 1e+04", "\"scale\": 0.001"}),
-        warned("metres times the scale of millimetres", metres(), "a.exr", view_z + R"(, "scale": 0.001)",
-               {"are 0.01 at most", "\"scale\": 1"}),
-        // A wrong encoding
-        warned("a depth buffer as distances",
-               plane([](double z, double) { return (1 / 0.5 - 1 / z) / (1 / 0.5 - 1 / 100.0); }), "a.exr", view_z,
-               {"flat surfaces are bent as \"view-z\"", "\"encoding\": \"window\""}),
         warned("Nuke's 1/z as distances", plane([](double z, double) { return 1 / z; }), "a.exr", view_z,
                {"or 1/z (\"encoding\": \"window\" or \"inverse\")"}),
         warned("distances along the rays as those along the axis",
@@ -249,12 +183,8 @@ std::vector<Mistake> mistakes() {
                wide + R"(, "encoding": "ray-distance")", {"distances along the view axis (\"encoding\": \"view-z\")"}),
         warned("linear depth as a depth buffer", plane([](double z, double) { return (z - 0.5) / 99.5; }), "a.exr",
                window, {"linear from near to far (\"encoding\": \"linear\")"}),
-        warned("integer millimetres as a depth buffer", codes(far_buffer() * 5 - 2, 1000), "a.png", window,
-               {"of the near plane, 0.5", "\"encoding\": \"view-z\""}),
         warned("nothing but background", codes(metres(), 1000), "a.png", view_z + R"(, "background_from": 10)",
                {"every pixel is background", "run from 2600 to 10000"}),
-        refused("a scale beside a depth buffer", ramp(), "a.exr", window + R"(, "scale": 0.001)",
-                {"\"scale\": 0.001 is for \"view-z\"", "the encoding is \"window\""}),
         refused("a picture as normals", metres(), "a.exr", view_z, {"color.png: holds ", "have lengths unlike 1"},
                 {"ssao", "--radius", "1", "--normals", "{}/color.png"}),
         warned("distances of a perspective camera under an orthographic one", metres(), "a.exr",
@@ -262,10 +192,6 @@ std::vector<Mistake> mistakes() {
                {"distances of a perspective camera"}),
         warned("a depth buffer far away as distances", far_buffer(), "a.exr", view_z,
                {"as in a depth buffer", "\"encoding\": \"window\""}),
-        warned("bits that are rotated", rotated(12), "a.png", wide + R"(, "encoding": "view-z", "scale": 0.000125)",
-               {"multiples of 8 but for some", "\"packing\": \"uint16-rotated\"", "sunrgbd"}),
-        refused("millimetres in 8 bits", eight_bits(metres(), 25), "a.png",
-                wide + R"(, "encoding": "view-z", "scale": 0.001, "packing": "uint8")", {"end at 0.255", "\"scale\""}),
         refused("the bits of half floats", half_bits(), "a.png", view_z,
                 {"the bits of half floats", "save them as floats"}),
         warned("a picture of all directions", all_directions(), "a.exr", wide + R"(, "encoding": "ray-distance")",
@@ -276,16 +202,6 @@ std::vector<Mistake> mistakes() {
                wide + R"(, "encoding": "inverse")", {"disparity without its \"scale\"", "focal length in pixels"}),
         warned("a third is Nuke's sky", metres(0.6, 0), "a.exr", view_z,
                {"60 % of the values are 0", "\"missing\": 0", "\"encoding\": \"inverse\""}),
-        refused("a photograph as packed depth", picture(), "a.png", wide + packing,
-                {"like the colours of a picture", "save raw depth"}),
-        refused("a grey picture as packed depth", grey(), "a.png", wide + packing, {"R = G = B", "save raw depth"}),
-        refused("a grey picture of 8 bits as depth", grey_8(), "a.png", view_z,
-                {"a.png: is unsigned 8-bit", "\"packing\": \"uint8\""}),
-        refused("a photograph as depth", picture(), "a.png", view_z,
-                {"unsigned 8-bit with 3 channels", "save raw depth"}),
-        refused("a JPEG as depth", picture(), "a.jpg", view_z, {"is a JPEG", "save it as .png"}),
-        warned("two channels that could be depth", two_channels(), "a.exr", view_z,
-               {"channel \"Z\" is taken, but left.Z could be depth, too", "--channel"}),
         warned("values from 0 to 1 as the distances of a projection that ends before them", 0.01 * metres(), "a.exr",
                lens + R"(, "encoding": "view-z")",
                {"100 % of the surfaces lie before the near plane of the projection, 0.5", "from 0 to 1"}),
@@ -294,84 +210,26 @@ std::vector<Mistake> mistakes() {
         warned("the same with a matrix", 1000 * metres(), "a.exr",
                R"("encoding": "view-z", "projection": [[1.2,0,0,0],[0,1.7,0,0],[0,0,-1.01,-1.005],[0,0,-1,0]])",
                {"behind the far plane of the projection, 100.5", "\"scale\""}),
-        // A wrong projection
-        refused("a transposed perspective", metres(), "a.exr",
-                R"("encoding": "view-z", "projection": [[1.2,0,0,0],[0,1.7,0,0],[0.1,0,-1.01,-1],[0,0,-1.005,0]])",
-                {"\"projection\"", "is transposed", "write its columns as rows"}),
-        refused(
-            "a transposed perspective of Direct3D", metres(), "a.exr",
-            R"("view_axes": "directx", "clip_z": "zero-to-one", "projection": [[1.2,0,0,0],[0,1.7,0,0],[0,0,1.005,1],[0,0,-0.5025,0]])",
-            {"is transposed"}),
-        refused("a transposed orthographic projection", ramp(), "a.exr",
-                R"("projection": [[0.5,0,0,0],[0,0.5,0,0],[0,0,-0.02,0],[0.1,0,-1.002,1]])", {"is transposed"}),
         warned(
             "a projection times a view", metres(), "a.exr",
             R"("encoding": "view-z", "projection": [[0.96,0,-0.72,1],[0,1.7,0,2],[-0.606,0,-0.808,-1],[-0.6,0,-0.8,3]])",
             {"it holds the view as well"}),
-        refused("a transposed view", metres(), "a.exr",
-                view_z + R"(, "view": [[1,0,0,0],[0,1,0,0],[0,0,1,0],[1,2,3,1]])",
-                {"\"view\"", "is transposed", "write its columns as rows"}),
-        refused("a projection as the view", metres(), "a.exr",
-                view_z + R"(, "view": [[1,0,0,0],[0,1,0,0],[0,0,-1,-1],[0,0,-1,0]])",
-                {"\"view\"", "without the projection"}),
-        refused("axes of another program", metres(), "a.exr",
-                R"("encoding": "view-z", "projection": [[1.2,0,0,0],[0,1.7,0,0],[0,0,1.005,-0.5],[0,0,1,0]])",
-                {"must have -1 in its fourth row", "directx"}),
         warned("radians", metres(), "a.exr", R"("perspective": {"fov_y_deg": 1.05}, "encoding": "view-z")",
                {"\"perspective.fov_y_deg\": 1.05", "write 60.2 degrees"}),
-        warned("height over width", metres(), "a.exr",
-               R"("perspective": {"fov_y_deg": 60, "aspect": 0.667}, "encoding": "view-z")",
-               {"\"perspective.aspect\": 0.667", "leave it out"}),
-        warned("focal lengths as parts of the width", metres(), "a.exr", calibration("0.8", "1.2", "0.5", "0.5"),
-               {"fx 0.8 and fy 1.2", "turn them into pixels"}),
-        warned("the calibration of twice the size", metres(), "a.exr", calibration("55.4", "55.4", "48", "32"),
-               {"cx 48 and cy 32", "scale fx, fy, cx and cy"}),
-        warned("the calibration of half the size", metres(), "a.exr", calibration("13.9", "13.9", "12", "8"),
-               {"cx 12 and cy 8", "scale fx, fy, cx and cy"}),
-        warned("cx and cy exchanged", metres(), "a.exr", calibration("27.7", "27.7", "16", "24"),
-               {"exchange cx and cy"}),
-        warned("a calibration that counts from the centre", metres(), "a.exr",
-               calibration("27.7", "27.7", "23.5", "15.5"), {"cx 23.5 and cy 15.5", "\"pixel_origin\": \"centre\""}),
         refused("fy in other units", metres(), "a.exr", calibration("27.7", "5e8", "24", "16"),
                 {"times as much across as down", "check fx and fy"}),
-        refused("the camera of another image", metres(), "a.exr", view_z + R"(, "width": 32, "height": 48)",
-                {"32 x 48", "48 x 32", "use the camera of this image"}),
-        refused("near and far exchanged", ramp(), "a.exr",
-                R"("perspective": {"fov_y_deg": 60, "near": 100, "far": 0.5})", {"near"}),
-        refused("no near and far", ramp(), "a.exr", wide,
-                {"\"perspective.near\" is missing", "\"encoding\": \"view-z\""}),
-        // Wrong keys
-        refused("fov", metres(), "a.exr", R"("perspective": {"fov": 60}, "encoding": "view-z")",
-                {"\"perspective.fov\"", "fov_y_deg"}),
-        refused("cx at the top", metres(), "a.exr", R"("cx": 24, "encoding": "view-z")",
-                {"unknown key \"cx\"", "it belongs in \"intrinsics\""}),
-        refused("near in intrinsics", ramp(), "a.exr",
-                R"("intrinsics": {"fx": 20, "fy": 20, "cx": 24, "cy": 16, "near": 1})",
-                {"\"intrinsics.near\"", "beside \"intrinsics\""}),
-        refused("clip_start", ramp(), "a.exr", wide + R"(, "clip_start": 0.1)", {"\"clip_start\"", "write \"near\""}),
-        refused("view_z", metres(), "a.exr", wide + R"(, "encoding": "view_z")", {"the nearest is \"view-z\""}),
-        refused("a preset that contradicts", metres(), "a.exr",
-                R"("preset": "blender", "perspective": {"fov_x_deg": 50}, "encoding": "inverse")",
-                {"contradicts the preset \"blender\""}),
-        // Wrong options
-        wrong_option("no camera at all", metres(), "a.exr", "", {"--camera: missing", "--preset", "--relative"},
-                     {"dof", "--color", "{}/color.png", "--focus", "5", "--f-stop", "2", "--sensor-mm", "36"}),
-        warned("a radius of no pixel", metres(), "a.exr", view_z, {"radius of 0.001", "half a pixel"},
-               {"ssao", "--radius", "0.001"}),
+        {"no camera at all",
+         metres(),
+         "a.exr",
+         "",
+         2,
+         {"--camera: missing", "--preset", "--relative"},
+         {"dof", "--color", "{}/color.png", "--focus", "5", "--f-stop", "2", "--sensor-mm", "36"}},
         warned("a radius in millimetres", metres(), "a.exr", view_z, {"radius of 500", "scene units"},
                {"ssao", "--radius", "500"}),
-        wrong_option("a radius that is no number", metres(), "a.exr", view_z, {"--radius", "nan"},
-                     {"ssao", "--radius", "nan"}),
-        wrong_option("a radius below 0 in the camera file", metres(), "a.exr", view_z + R"(, "ao_distance": -1)",
-                     {"\"ao_distance\" is -1", "--radius"}, {"ssao"}),
         warned("a focus behind everything", metres(), "a.exr", view_z,
                {"focus of 5000 lies behind everything", "--focus-at"},
                joined(masks, {"--focus", "5000", "--f-stop", "0.1"})),
-        warned("a focus before everything", metres(), "a.exr", view_z, {"focus of 0.5 lies before everything"},
-               joined(masks, {"--focus", "0.5", "--f-stop", "0.5"})),
-        warned("a scene in centimetres", 100 * metres(), "a.exr", view_z,
-               {"no circle of confusion is a pixel wide", "--mm-per-unit"},
-               joined(masks, {"--focus", "400", "--f-stop", "1"})),
         warned("a scene unit of a kilometre", metres(), "a.exr", view_z,
                {"are cut off at --max-coc-px 512", "--mm-per-unit"},
                {"dof", "--color", "{}/color.png", "--focus", "900", "--f-stop", "1", "--focal-length-mm", "50",
@@ -381,18 +239,9 @@ std::vector<Mistake> mistakes() {
                joined(masks, {"--focus", "5", "--f-stop", "0.0001", "--max-coc-px", "512"})),
         warned("a sensor in metres", metres(), "a.exr", view_z, {"--sensor-mm: 0.036 mm", "give 36"},
                {"dof-masks", "--focus", "5", "--f-stop", "2", "--sensor-mm", "0.036"}),
-        warned("a focal length in metres", metres(), "a.exr", view_z, {"--focal-length-mm: 0.05 mm", "give 50"},
-               {"dof-masks", "--focus", "5", "--f-stop", "2", "--focal-length-mm", "0.05"}),
-        wrong_option("an f-number of 0", metres(), "a.exr", view_z + R"(, "f_stop": 0)", {"\"f_stop\" is 0", "above 0"},
-                     joined(masks, {"--focus", "5"})),
-        wrong_option("a focus within the lens", metres(), "a.exr", view_z, {"--focus: 0.04 is 40 mm", "--mm-per-unit"},
-                     {"dof-masks", "--focus", "0.04", "--f-stop", "2", "--focal-length-mm", "50"}),
         warned("a blur of no pixel", ramp(), "a.png", "",
                {"no circle of confusion is a pixel wide", "--blur-px is 0.5"},
                {"dof-masks", "--relative", "high-is-near", "--blur-px", "0.5", "--focus-at", "5,5"}),
-        refused("a picture of another size", metres(), "a.exr", view_z,
-                {"small.png: is 24 × 10", "same ratio of width to height"},
-                {"fog", "--color", "{}/small.png", "--density", "0.1"}),
         refused("depth as the picture", metres(), "a.exr", view_z, {"depth.png", "is it depth?"},
                 {"fog", "--color", "{}/depth.png", "--density", "0.1"}),
         warned("a JPEG as linear", metres(), "a.exr", view_z, {"--color-space linear", "leave the option out"},
@@ -405,26 +254,8 @@ std::vector<Mistake> mistakes() {
                {"linearize", "--png-scale", "0.2"}, "z.png"),
         warned("a PNG of few codes", metres(), "a.exr", view_z, {"leaves 7 codes of 65535", "--png-scale 0.099"},
                {"linearize", "--png-scale", "0.00001"}, "z.png"),
-        // What is right
-        right("millimetres in steps of 8", codes(metres(), 125) * 8, "a.png",
-              wide + R"(, "encoding": "view-z", "scale": 0.001)"),
-        right("bits that are rotated back", rotated(12), "a.png",
-              wide + R"(, "encoding": "view-z", "scale": 0.001, "packing": "uint16-rotated")"),
-        right("8 bits of metres", eight_bits(metres(), 20), "a.png",
-              wide + R"(, "encoding": "view-z", "scale": 0.05, "packing": "uint8")"),
         right("a corridor twice as wide as high", corridor(), "a.exr", view_z),
-        right("two channels and the right one", two_channels(), "a.exr", view_z, {"linearize", "--channel", "left.Z"}),
-        right("1/z as it is", plane([](double z, double) { return 1 / z; }), "a.exr",
-              wide + R"(, "encoding": "inverse")"),
-        right("distances along the rays", plane([](double z, double stretch) { return z * stretch; }), "a.exr",
-              wide + R"(, "encoding": "ray-distance")"),
-        right("linear depth", plane([](double z, double) { return (z - 0.5) / 99.5; }), "a.exr",
-              lens + R"(, "encoding": "linear")"),
         right("packed depth", packed(), "a.png", wide + packing),
-        right("no aspect", metres(), "a.exr", R"("perspective": {"fov_x_deg": 80}, "encoding": "view-z")"),
-        right("a calibration", metres(), "a.exr", calibration("27.7", "27.7", "24.3", "15.2")),
-        right("a calibration that says how it counts", metres(), "a.exr",
-              calibration("27.7", "27.7", "23.5", "15.5") + R"(, "pixel_origin": "centre")"),
         right("a radius", metres(), "a.exr", view_z, {"ssao", "--radius", "1"}),
         right("a radius through a fisheye", metres(), "a.exr",
               calibration("10", "10", "24", "16") + R"(, "lens": {"model": "equidistant"}, "along": "ray")",
@@ -440,7 +271,6 @@ std::vector<Mistake> mistakes() {
         right("a PNG of 8 bits that says that it is linear", metres(), "a.exr", view_z,
               {"fog", "--color", "{}/linear.png", "--color-space", "linear", "--density", "0.1"}),
         right("a PNG that fits", metres(), "a.exr", view_z, {"linearize", "--png-scale", "0.1"}, "z.png"),
-        right("millimetres with a scale", codes(metres(), 1000), "a.png", view_z + R"(, "scale": 0.001)"),
         right("millimetres that the projection's planes fit", 1000 * metres(), "a.exr",
               R"("perspective": {"fov_y_deg": 60, "near": 500, "far": 100000}, "encoding": "view-z")"),
         right("noise", noise(width, height), "a.png", view_z + R"(, "scale": 0.001)"),
@@ -448,8 +278,6 @@ std::vector<Mistake> mistakes() {
         right("noise along the rays", noise(160, 120), "a.png",
               wide + R"(, "encoding": "ray-distance", "scale": 0.001)"),
         right("whole metres", codes(metres(), 1), "a.png", view_z),
-        right("a sky that is said", metres(0.2, 1e10f), "a.exr", view_z + R"(, "background_from": 1e10)"),
-        right("a sky that is said by its value", metres(0.2, 1e10f), "a.exr", view_z + R"(, "background": 1e10)"),
         right("holes that are said", codes(metres(0.6, 0), 1000), "a.png",
               view_z + R"(, "scale": 0.001, "missing": 0)"),
         right("holes of NaN", metres(0.6, NAN), "a.exr", view_z),
@@ -466,8 +294,6 @@ std::string saved(const Folder& folder, const Mistake& mistake) {
         cv::imwrite(file, mistake.depth);
     else if (fs::path(file).extension() == ".png")
         return depth_file(folder, mistake.file, mistake.depth);
-    else if (mistake.depth.channels() == 2)
-        write_image(file, mistake.depth, {.channels = {"Z", "left.Z"}, .png_scale = {}});
     else
         write_image(file, mistake.depth);
     return file;
@@ -476,12 +302,9 @@ std::string saved(const Folder& folder, const Mistake& mistake) {
 void write_pictures(const Folder& folder) {
     cv::imwrite(folder / "color.png", picture());
     cv::imwrite(folder / "color.jpg", picture());
-    cv::imwrite(folder / "small.png", picture(width / 2, height / 3));
     cv::imwrite(folder / "grey.png", grey_8());
-    cv::Mat light, codes;
-    picture().convertTo(light, CV_32F, 1 / 255.0);
-    light.convertTo(codes, CV_16U, 65535);
-    cv::imwrite(folder / "16.png", codes);
+    const cv::Mat light = converted(picture(), CV_32F, 1 / 255.0);
+    cv::imwrite(folder / "16.png", codes(light, 65535));
     write_picture(folder / "linear.png", {light, {.encoding = ColorEncoding::linear, .bits = 8}});
     depth_file(folder, "depth.png");
 }
@@ -525,7 +348,7 @@ TEST_CASE("mistakes: each is told in one line with its cure, and what is right i
         }
     }
     std::cout << wrong << " mistakes told, " << all.size() - wrong << " right inputs without a word\n";
-    CHECK(wrong >= 40);
+    CHECK(wrong >= 36);
 }
 
 TEST_CASE("mistakes: the line about a result says what the depth holds") {
@@ -726,9 +549,8 @@ TEST_CASE("mistakes: several channels that could be depth are told, unless one o
     write(camera, "{" + wide + R"(, "encoding": "view-z"})");
     for (const Case& each : cases) {
         INFO(each.channels.front() << ", " << each.channels.back());
-        cv::Mat image;
-        cv::merge(std::vector<cv::Mat>(each.channels.size(), metres()), image);
-        write_image(input, image, {.channels = each.channels, .png_scale = {}});
+        write_image(input, merged(std::vector<cv::Mat>(each.channels.size(), metres())),
+                    {.channels = each.channels, .png_scale = {}});
         const Arguments ask{"linearize", input, "--camera", camera, "-o", folder / "out/z.exr"};
         const Outcome outcome = run(ask);
         CHECK(outcome.code == 0);

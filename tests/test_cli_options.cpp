@@ -1,11 +1,9 @@
 // Every option that is described, with values within its range, at its ends and beyond: the library and the program accept the
-// same ones. python/tests/test_options.py does so with Python's keywords.
-#include "program.hpp"
+// same ones. python/tests/test_options.py does so with Python's keywords. And the program's files hold what the library computes.
+#include "rendered_input.hpp"
 
 #include "cli/options/described.hpp"
 #include "description/operations.hpp"
-
-#include <fathom/opencv.hpp>
 
 #include <fmt/format.h>
 
@@ -121,16 +119,26 @@ struct Scene {
 };
 
 // A call with what it needs, whatever its options.
-std::shared_ptr<void> needed(const description::Operation& operation, const Scene& scene) {
+std::shared_ptr<void> needed(const description::Operation& operation, const Image& picture) {
     std::shared_ptr<void> call = operation.make(nullptr);
     for (const Option& option : operation.options)
         if (option.kind == Kind::picture && option.required)
-            operation.set(call.get(), option, scene.picture);
+            operation.set(call.get(), option, picture);
         else if (option.kind == Kind::lens)
             operation.set(call.get(), option, CircleOfConfusion{40, 180});
         else if (option.kind == Kind::number && (option.required || option.name == std::string("radius")))
             operation.set(call.get(), option, 0.25);
     return call;
+}
+
+// Images for what a call gives.
+std::vector<description::Result> make_results(const description::Operation& operation, void* call,
+                                              const StoredDepth& stored) {
+    std::vector<description::Result> wanted = operation.results_of(call, stored);
+    std::erase_if(wanted, [](const description::Result& result) { return !result.wanted; });
+    for (const description::Result& result : wanted)
+        *result.image = Image(stored.image.device(), result.shape.element, result.shape.layout);
+    return wanted;
 }
 
 // Does the library refuse exactly what is not described?
@@ -141,10 +149,8 @@ int check_library(const description::Operation& operation, const Scene& scene) {
             if (!is_held(option, value))
                 continue;
             INFO(operation.name << ": " << option.name << " = " << in_words(option, value));
-            const std::shared_ptr<void> call = needed(operation, scene);
-            for (const description::Result& result : operation.results_of(call.get(), scene.stored))
-                if (result.wanted)
-                    *result.image = Image(scene.stored.image.device(), result.shape.element, result.shape.layout);
+            const std::shared_ptr<void> call = needed(operation, scene.picture);
+            make_results(operation, call.get(), scene.stored);
             operation.set(call.get(), option, value);
             std::string refusal;
             try {
@@ -189,6 +195,109 @@ std::vector<Option> all_options(const description::Operation& operation) {
     return all;
 }
 
+std::string command_of(const description::Operation& operation) {
+    std::string command = operation.name;
+    std::ranges::replace(command, '_', '-');
+    return command;
+}
+
+// Values that the program takes as words, and that are not the default: each choice, and one of all others.
+std::vector<Value> fitting_for(const Option& option) {
+    std::vector<Value> values = values_for(option);
+    if (option.kind == Kind::number)
+        values.insert(values.end(), {3.0, 2.0, 0.5});
+    std::erase_if(values, [&](const Value& value) { return !option.accepts(value) || option.is_default(value); });
+    if (option.kind != Kind::choice && values.size() > 1)
+        values.erase(values.begin(), values.end() - 1);
+    return values;
+}
+
+using Given = std::vector<std::pair<const Option*, Value>>;
+
+// With what it needs; nothing if that is an image or another result.
+std::optional<Given> with_needs(const description::Operation& operation, const Option& option, const Value& value) {
+    Given given{{&option, value}};
+    for (const std::string_view need : option.needs) {
+        const std::string_view name = need.substr(0, need.find('=')),
+                               word = need.substr(std::min(name.size() + 1, need.size()));
+        const auto other = std::ranges::find(operation.options, name, &Option::name);
+        if (other == operation.options.end() || fitting_for(*other).empty())
+            return std::nullopt;
+        const auto choice =
+            std::ranges::find(other->choices(), word, [](const char* each) { return std::string_view(each); });
+        given.emplace_back(&*other, word.empty() ? fitting_for(*other).back()
+                                                 : Value(static_cast<std::size_t>(choice - other->choices().begin())));
+    }
+    return given;
+}
+
+// A room and a picture of it as the program and as the library see them.
+struct Room : RenderedInput {
+    std::string picture_file = folder / "picture.exr";
+    cv::Mat color;
+    Image picture;
+
+    Room() : RenderedInput(scene::room(), view) {
+        color = filled<cv::Vec3f>(width, height, [](int x, int y) {
+            return cv::Vec3f(static_cast<float>(x % 8) / 8, static_cast<float>(y % 8) / 8,
+                             static_cast<float>((x + y) % 5) / 5);
+        });
+        write_color(picture_file, color);
+        picture = to_device(stored.image.device(), color);
+    }
+
+    void run_program(const description::Operation& operation, const std::string& file, const Given& given,
+                     const Arguments& more = {}) const {
+        Arguments arguments{command_of(operation), input, "--camera", camera, "-o", file};
+        if (arguments.front() == "dof-masks")
+            arguments = joined(arguments, {"--mask", "coc"});
+        if (operation.repairs)
+            arguments.push_back("--invalid=keep");
+        for (const Option& option : operation.options)
+            if (option.kind == Kind::picture && option.required)
+                arguments = joined(arguments, {"--color", picture_file});
+            else if (option.kind == Kind::lens)
+                arguments = joined(arguments, {"--circle", "40,180"});
+            else if (option.kind == Kind::number && (option.required || option.name == std::string("radius")))
+                arguments.push_back(cli::spelled(option) + "=0.25");
+        for (const auto& [option, value] : given)
+            arguments.push_back(cli::spelled(*option) + "=" +
+                                (cli::value_spelled(*option).starts_with("ellipse:") ? "ellipse:" : "") +
+                                in_words(*option, value));
+        const Outcome outcome = run(joined(arguments, more)); // which may have doubts about the options
+        INFO(outcome.err);
+        CHECK(outcome.code == 0);
+    }
+
+    std::vector<description::Result> run_library(const description::Operation& operation,
+                                                 const std::shared_ptr<void>& call, const Given& given) const {
+        const auto set = [&](const Option& option, Value value) {
+            if (auto* color = std::get_if<std::array<double, 3>>(&value); option.kind == Kind::color)
+                std::swap((*color)[0], (*color)[2]); // the picture is B, G, R
+            operation.set(call.get(), option, value);
+        };
+        for (const Option& option : operation.options)
+            if (option.kind == Kind::color)
+                set(option, *option.by_default);
+        for (const auto& [option, value] : given)
+            set(*option, value);
+        const auto results = make_results(operation, call.get(), stored);
+        operation.run(call.get(), stored, {});
+        return results;
+    }
+};
+
+// What an EXR holds of a result, untouched.
+cv::Mat read_result(const description::Result& result, const std::string& file) {
+    if (result.content.of == description::Content::Of::light)
+        return read_color(file);
+    std::vector<cv::Mat> channels;
+    std::istringstream names(result.content.channels);
+    for (std::string name; names >> name && channels.size() < static_cast<std::size_t>(result.image->channels());)
+        channels.push_back(read_depth(file, {.channel = name, .overscan = true}).values);
+    return merged(channels);
+}
+
 // What a header says of a member: the comment behind it, and the lines above it that have nothing else.
 std::string comment_of(const std::string& header, const std::string& member) {
     std::vector<std::string> lines;
@@ -230,6 +339,88 @@ TEST_CASE("options: the library accepts what is described, and nothing else") {
     scene.stored.image.device().finish(); // PoCL crashes where a program ends while a kernel is still being compiled
     std::cout << "options: the library checked " << checked << " values\n";
     CHECK(checked > 100);
+}
+
+TEST_CASE("options: each reaches the library, whose result is the program's") {
+    const Room room;
+    const std::string file = room.folder / "out/result.exr";
+    int reached = 0, seen = 0;
+    for (const description::Operation& operation : description::operations()) {
+        const std::shared_ptr<void> plain_call = needed(operation, room.picture);
+        const cv::Mat plain = to_mat(*room.run_library(operation, plain_call, {}).front().image);
+        for (const Option& option : operation.options) {
+            if (option.is_image() || option.kind == Kind::result || option.kind == Kind::lens || option.required ||
+                cli::spelled(option).empty() || option.name == std::string("max_error") ||
+                option.name == std::string("radius"))
+                continue; // a radius is given always, and test_cli_max_error.cpp has the errors
+            for (const Value& value : fitting_for(option)) {
+                const auto given = with_needs(operation, option, value);
+                if (!given)
+                    continue;
+                INFO(operation.name << ' ' << cli::spelled(option) << '=' << in_words(option, value));
+                room.run_program(operation, file, *given);
+                const std::shared_ptr<void> call = needed(operation, room.picture);
+                const auto results = room.run_library(operation, call, *given);
+                const cv::Mat truth = to_mat(*results.front().image);
+                CHECK(same(read_result(results.front(), file), truth));
+                ++reached;
+                seen += !same(truth, plain);
+            }
+        }
+    }
+    std::cout << "options: " << reached << " values reach the library, " << seen << " of them change its result\n";
+    CHECK(reached >= 45);
+    CHECK(seen >= 35);
+}
+
+TEST_CASE("options: the program writes every result of the library, in every format") {
+    const Room room;
+    const auto file = [&](const std::string& name) { return room.folder / ("out/" + name); };
+    for (const description::Operation& operation : description::operations()) {
+        Given all;
+        Arguments files;
+        for (const Option& option : operation.options)
+            if (option.kind == Kind::result && !cli::spelled(option).empty()) {
+                all.emplace_back(&option, true);
+                files = joined(files, {cli::spelled(option), file(std::string(option.name) + ".exr")});
+            }
+        room.run_program(operation, file("first.exr"), {}, files);
+        const std::shared_ptr<void> call = needed(operation, room.picture);
+        const auto results = room.run_library(operation, call, all);
+        REQUIRE(results.size() == all.size() + 1);
+        for (const description::Result& result : results) {
+            INFO(operation.name << ": " << result.name);
+            const std::string own = file((&result == &results.front() ? "first" : result.name) + std::string(".exr"));
+            CHECK(same(read_result(result, own), to_mat(*result.image)));
+        }
+        using Of = description::Content::Of;
+        const Of of = results.front().content.of;
+        const cv::Mat truth = to_mat(*results.front().image);
+        for (const std::string extension : {".tif", ".pfm", ".png"}) {
+            if (extension == ".png" && of != Of::fractions && of != Of::directions)
+                continue;
+            INFO(operation.name << extension);
+            room.run_program(operation, file("first" + extension), {});
+            const cv::Mat found = cv::imread(file("first" + extension), cv::IMREAD_UNCHANGED); // the first channel last
+            cv::Mat expected = truth.channels() > 1 && of != Of::light
+                                   ? merged({plane(truth, 2), plane(truth, 1), plane(truth, 0)})
+                                   : truth;
+            if (extension == ".png") {
+                const double scale = of == Of::directions ? 0.5 : 1, offset = of == Of::directions ? 0.5 : 0;
+                for (int y = 0; y < height; ++y)
+                    for (int x = 0; x < width; ++x)
+                        for (int c = 0; c < truth.channels(); ++c) {
+                            const auto value = static_cast<double>(expected.ptr<float>(y, x)[c]);
+                            const bool nothing = std::isnan(value) ||
+                                                 (of == Of::directions && cv::norm(expected.at<cv::Vec3f>(y, x)) == 0);
+                            CHECK(found.ptr<std::uint16_t>(y, x)[c] ==
+                                  (nothing ? 0 : std::lround((scale * value + offset) * 65535)));
+                        }
+            } else {
+                CHECK(same(found, expected));
+            }
+        }
+    }
 }
 
 TEST_CASE("options: a circle beside a lens, and two ways to focus, are refused where the lens becomes a circle") {
@@ -294,8 +485,7 @@ TEST_CASE("options: the program accepts what is described, and nothing else") {
                 continue;
             const std::string before = cli::value_spelled(option).starts_with("ellipse:") ? "ellipse:" : "";
             for (const Value& value : values_for(option)) {
-                std::string command = operation.name;
-                std::ranges::replace(command, '_', '-');
+                const std::string command = command_of(operation);
                 const std::string refusal = usage_refusal(
                     {command, "no.exr", "-o", "out.exr", spelled + "=" + before + in_words(option, value)});
                 INFO(command << ' ' << spelled << '=' << in_words(option, value) << ": " << refusal);
@@ -311,8 +501,7 @@ TEST_CASE("options: the program refuses what is described as excluded, or of no 
     int checked = 0;
     for (const description::Operation& operation : description::operations()) {
         const std::vector<Option> all = all_options(operation);
-        std::string command = operation.name;
-        std::ranges::replace(command, '_', '-');
+        const std::string command = command_of(operation);
         const auto argument = [](const Option& option) { // a value that will do
             const std::string name = cli::spelled(option);
             if (option.kind == Kind::flag)

@@ -29,22 +29,16 @@ std::string raw(const cv::Mat& image) {
 
 /// Millimetres that move from frame to frame.
 cv::Mat depth_of(int frame) {
-    cv::Mat codes(height, width, CV_16UC1);
-    for (int y = 0; y < height; ++y)
-        for (int x = 0; x < width; ++x)
-            codes.at<std::uint16_t>(y, x) = static_cast<std::uint16_t>(
-                (x - 8 * frame) * (x - 8 * frame) + (y - 16) * (y - 16) < 60 ? 900 + 10 * x : 2500 + 7 * x + 3 * y);
-    return codes;
+    return filled<std::uint16_t>(width, height, [&](int x, int y) {
+        return (x - 8 * frame) * (x - 8 * frame) + (y - 16) * (y - 16) < 60 ? 900 + 10 * x : 2500 + 7 * x + 3 * y;
+    });
 }
 
 /// In OpenCV's order.
 cv::Mat color_of(int frame) {
-    cv::Mat color(height, width, CV_8UC3);
-    for (int y = 0; y < height; ++y)
-        for (int x = 0; x < width; ++x)
-            color.at<cv::Vec3b>(y, x) = {static_cast<uchar>(5 * x), static_cast<uchar>(7 * y + frame),
-                                         static_cast<uchar>((x / 4 + y / 4) % 2 ? 230 : 20)};
-    return color;
+    return filled<cv::Vec3b>(width, height, [&](int x, int y) {
+        return cv::Vec3b(static_cast<uchar>(5 * x), static_cast<uchar>(7 * y + frame), (x / 4 + y / 4) % 2 ? 230 : 20);
+    });
 }
 
 cv::Mat rgb(const cv::Mat& bgr) {
@@ -236,11 +230,9 @@ TEST_CASE("pipes: a frame of one depth, as after a fade to black, is in focus an
     std::string codes, bytes;
     for (int i = 1; i <= frames; ++i) {
         const cv::Mat depth = depth_of(i) * (i == 2 || i == frames ? 0 : 16);
-        cv::Mat eight, grey;
-        depth.convertTo(eight, CV_8U, 1 / 256.0);
-        cv::merge(std::vector<cv::Mat>(3, eight), grey);
+        const cv::Mat eight = converted(depth, CV_8U, 1 / 256.0);
         codes += raw<uchar>(depth);
-        bytes += raw<uchar>(grey);
+        bytes += raw<uchar>(merged({eight, eight, eight}));
     }
     write(black, codes);
     write(as_rgb, bytes);

@@ -12,10 +12,8 @@ using namespace fathom::test;
 namespace {
 
 std::string kinect_file(const Folder& folder) {
-    cv::Mat codes; // of a slanted plane, 1 to 8 metres
-    cv::Mat(125 / (1 - 0.875 * ramp())).convertTo(codes, CV_16U, 8);
-    const std::string file = folder / "depth.png";
-    cv::imwrite(file, codes);
+    const std::string file = folder / "depth.png"; // of a slanted plane, 1 to 8 metres
+    cv::imwrite(file, converted(125 / (1 - 0.875 * ramp()), CV_16U, 8));
     return file;
 }
 

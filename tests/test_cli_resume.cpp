@@ -1,19 +1,12 @@
-// Runs that are killed and resumed: --resume makes what is not finished, and nothing else; --log says what was done. The
-// truth is a run that nobody interrupted.
+// --resume makes what is not finished, and nothing else; --log says what was done. The truth is a run that nobody interrupted.
+// tests/faults/run kills runs, and resumes them.
 #include "program.hpp"
-
-#include "io/replace_files.hpp"
 
 #include <nlohmann/json.hpp>
 
 #include <fmt/format.h>
 
-#include <csignal>
-
-#include <sys/stat.h>
-
 using namespace fathom::test;
-namespace io = fathom::io;
 
 namespace {
 
@@ -44,27 +37,24 @@ Frames frames_of(const Outcome& outcome, bool kept) {
 // Depths, normals and cameras that differ from frame to frame. The files of a PFM all have the same size.
 struct Shot {
     Folder folder;
-    int count, scale;
+    int count;
     std::string log = folder / "run.jsonl";
 
-    explicit Shot(int frames, int times_larger = 1) : count(frames), scale(times_larger) {
+    explicit Shot(int frames) : count(frames) {
         for (int frame = 1; frame <= count; ++frame) {
-            write_depth(frame, 0.01f * static_cast<float>(frame));
+            write_depth(frame, 0.01 * frame);
             write_normals(frame, 0.8f);
             write_camera(frame, 50 + frame);
         }
         write_radii(0.2);
     }
 
-    void write_depth(int frame, float more) const {
-        cv::Mat depth(scale * height, scale * width, CV_32FC1); // bars that stand before a wall
-        for (int y = 0; y < depth.rows; ++y)
-            for (int x = 0; x < depth.cols; ++x)
-                depth.at<float>(y, x) = 0.5f + 0.1f * static_cast<float>(x / 6 % 2) + more;
-        fathom::write_image(depth_of(frame), depth);
+    void write_depth(int frame, double more) const {
+        const auto bars = [&](int x, int) { return 0.5 + 0.1 * (x / 6 % 2) + more; }; // that stand before a wall
+        fathom::write_image(depth_of(frame), filled(width, height, bars));
     }
     void write_normals(int frame, float z) const {
-        const cv::Mat normals(scale * height, scale * width, CV_32FC3, cv::Scalar(0, std::sqrt(1 - z * z), z));
+        const cv::Mat normals(height, width, CV_32FC3, cv::Scalar(0, std::sqrt(1 - z * z), z));
         fathom::write_image(normals_of(frame), normals);
     }
     void write_camera(int frame, int angle) const {
@@ -120,11 +110,6 @@ void touch(const std::string& file, std::chrono::hours later = std::chrono::hour
     fs::last_write_time(file, fs::file_time_type::clock::now() + later);
 }
 
-ino_t inode(const std::string& file) {
-    struct stat status {};
-    return stat(file.c_str(), &status) == 0 ? status.st_ino : 0;
-}
-
 } // namespace
 
 TEST_CASE("resume: a frame is kept until something changes that makes it") {
@@ -148,13 +133,15 @@ TEST_CASE("resume: a frame is kept until something changes that makes it") {
         CHECK(shot.images() == after);
     };
     check("nothing is there", all);
+    const auto made = fs::last_write_time(shot.result(2));
     check("all is there", none);
+    CHECK(fs::last_write_time(shot.result(2)) == made);
     const std::string record = record_of(shot.result(2));
     CHECK(!contains(record, shot.folder / ""));
     CHECK(nlohmann::json::parse(record).at("values") == nlohmann::json{{"--radius", "0.2"}});
     CHECK(nlohmann::json::parse(record).at("options") == nlohmann::json{{"--falloff", {"0.5"}}});
     check("the machine's share changed", none, {"--threads", "1", "--memory", "1K", "--log", shot.log});
-    shot.write_depth(2, 0.05f);
+    shot.write_depth(2, 0.05);
     check_anew("an input changed", second);
     const auto time = fs::last_write_time(shot.depth_of(2));
     fs::last_write_time(shot.depth_of(2), time - std::chrono::hours(24));
@@ -253,84 +240,6 @@ TEST_CASE("resume: a record is no input where a shell's * names it, and one that
     CHECK(folder.results() == Names{"z.exr", "z.exr.fathom.json"});
 }
 
-namespace {
-
-/// Kills as many runs at random moments, and resumes them: every frame is made once.
-void kill_and_resume(int rounds) {
-    constexpr int frames = 16;
-    const unsigned seed = std::random_device()();
-    std::mt19937 random(seed);
-    INFO("seed " << seed);
-    const Shot shot(frames, 8); // large enough that files take a while
-    using Clock = std::chrono::steady_clock;
-    const auto wait_for_log = [&](std::ptrdiff_t lines) {
-        const auto start = Clock::now();
-        for (std::string log; std::count(log.begin(), log.end(), '\n') < lines; log = content(shot.log)) {
-            REQUIRE(Clock::now() - start < std::chrono::seconds(patience_s));
-            std::this_thread::sleep_for(std::chrono::microseconds(100));
-        }
-    };
-    const Names extensions{".exr", ".png", ".npy"};
-    std::map<std::string, std::map<std::string, std::string>> whole; // by extension
-    for (const std::string& extension : extensions) {
-        check_done(joined(shot.command(extension), {"--resume"}));
-        whole[extension] = shot.images();
-        fs::remove_all(shot.folder / "out");
-        fs::create_directory(shot.folder / "out");
-    }
-    int in_between = 0, temporaries = 0;
-    for (int round = 0; round < rounds; ++round) {
-        const std::string& extension = extensions[static_cast<std::size_t>(round) % extensions.size()];
-        INFO("round " << round << ", " << extension);
-        const Arguments command = joined(shot.command(extension), {"--resume", "--log", shot.log});
-        fs::remove(shot.log);
-        {
-            Run killed(command);
-            wait_for_log(
-                std::uniform_int_distribution<std::ptrdiff_t>(1, frames + 1)(random)); // the first is the run's
-            std::this_thread::sleep_for(std::chrono::microseconds(std::uniform_int_distribution(0, 20000)(random)));
-            killed.send(SIGKILL);
-            killed.outcome();
-        }
-        // What takes its place last is what commits.
-        std::map<int, ino_t> committed;
-        const std::string last = extension + ".fathom.json";
-        for (int frame = 1; frame <= frames; ++frame)
-            if (const ino_t there = inode(shot.result(frame, "ao", last)))
-                committed[frame] = there;
-        in_between += !committed.empty() && committed.size() < frames;
-        for (const std::string& name : shot.folder.results())
-            temporaries += name.ends_with(".tmp");
-        fs::remove(shot.log);
-        const Outcome resumed = check_done(command);
-        CHECK(shot.images() == whole[extension]);
-        Frames kept;
-        for (const auto& [frame, file] : committed) {
-            kept.insert(frame);
-            CHECK(inode(shot.result(frame, "ao", last)) == file);
-        }
-        CHECK(frames_of(resumed, true) == kept);
-        std::map<int, std::string> lines;
-        for (const nlohmann::json& line : lines_of(content(shot.log)))
-            if (!line.contains("run"))
-                CHECK(lines.emplace(line.at("frame").get<int>(), line.at("status")).second);
-        CHECK(lines.size() == frames);
-        for (const auto& [frame, status] : lines)
-            CHECK(status == (kept.contains(frame) ? "kept" : "made"));
-        fs::remove_all(shot.folder / "out");
-        fs::create_directory(shot.folder / "out");
-    }
-    std::printf("resume: seed %u, %d of %d kills between the first and the last frame, %d temporary files left\n", seed,
-                in_between, rounds, temporaries);
-    CHECK(in_between > rounds / 4); // or the moments were none
-}
-
-} // namespace
-
-TEST_CASE("resume: killed at random moments and resumed, every frame is made once", "[slow]") {
-    kill_and_resume(6);
-}
-
 TEST_CASE("resume: a full disk leaves nothing, and the frame fails") {
     const Folder folder;
     const std::string camera = camera_file(folder);
@@ -345,7 +254,7 @@ TEST_CASE("resume: a full disk leaves nothing, and the frame fails") {
         check_done(command); // compiles the kernels, which are files, too
         fs::remove_all(folder / "out");
         fs::create_directory(folder / "out");
-        const Outcome full = run(command, {.largest_file = 4 << 20, .variable = {}, .out = {}});
+        const Outcome full = run(command, {.largest_file = 4 << 20});
         CHECK(full.code == 1);
         CHECK(contains(full.err, "free some space"));
         const Outcome again = check_done(command);

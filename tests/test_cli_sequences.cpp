@@ -25,11 +25,9 @@ struct Shot {
 
     static std::string numbered(const std::string& name, int frame) { return fmt::format("{}.{:04}.exr", name, frame); }
     static cv::Mat depth_of(int frame) {
-        cv::Mat depth(height, width, CV_32FC1); // bars that stand before a wall
-        for (int y = 0; y < height; ++y)
-            for (int x = 0; x < width; ++x)
-                depth.at<float>(y, x) = static_cast<float>(0.5 + 0.1 * (x / 6 % 2) + 0.01 * frame + 0.0001 * y);
-        return depth;
+        return filled(width, height, [&](int x, int y) { // bars that stand before a wall
+            return 0.5 + 0.1 * (x / 6 % 2) + 0.01 * frame + 0.0001 * y;
+        });
     }
     static std::string camera_of(int frame) {
         return fmt::format(R"({{"perspective": {{"fov_y_deg": {}, "aspect": 1.5, "near": 0.5, "far": 100}},

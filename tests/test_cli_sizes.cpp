@@ -30,19 +30,13 @@ Seen at(double x, double y) {
 }
 
 cv::Mat depth_of(int scale = 1) {
-    cv::Mat depth(down * scale, across * scale, CV_32FC1);
-    for (int y = 0; y < depth.rows; ++y)
-        for (int x = 0; x < depth.cols; ++x)
-            depth.at<float>(y, x) = static_cast<float>(at((x + 0.5) / scale, (y + 0.5) / scale).z);
-    return depth;
+    return filled(across * scale, down * scale,
+                  [&](int x, int y) { return at((x + 0.5) / scale, (y + 0.5) / scale).z; });
 }
 
 cv::Mat picture_of(int scale = factor) {
-    cv::Mat color(down * scale, across * scale, CV_8UC3);
-    for (int y = 0; y < color.rows; ++y)
-        for (int x = 0; x < color.cols; ++x)
-            color.at<cv::Vec3b>(y, x) = at((x + 0.5) / scale, (y + 0.5) / scale).color;
-    return color;
+    return filled<cv::Vec3b>(across * scale, down * scale,
+                             [&](int x, int y) { return at((x + 0.5) / scale, (y + 0.5) / scale).color; });
 }
 
 struct Scene {
@@ -134,12 +128,9 @@ TEST_CASE("sizes library: images and matrices give what the program does") {
                scene.made({"dof-masks", scene.depth, "--color", scene.picture, "--circle", "40,300"}, "coc")));
 
     // Codes count as what they stand for.
-    cv::Mat bytes, halves, codes;
-    light.convertTo(bytes, CV_8U, 255);
-    light.convertTo(halves, CV_16F);
-    light.convertTo(codes, CV_16U, 65535);
     const cv::Mat z = to_mat(fine.image);
-    for (const cv::Mat& picture : {bytes, halves, codes}) {
+    for (const cv::Mat& picture :
+         {converted(light, CV_8U, 255), converted(light, CV_16F), converted(light, CV_16U, 65535)}) {
         const cv::Mat other = to_mat(upsample_along_edges(stored, to_device(device, picture)).image);
         for (int y = 0; y < z.rows; ++y)
             for (int x = 0; x < z.cols; ++x)
