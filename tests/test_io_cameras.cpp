@@ -831,6 +831,23 @@ TEST_CASE("cameras: COLMAP's binary and text files", "[io][cameras]") {
         CHECK(import_camera(file, {.preset = "colmap", .depth = "depth/a.jpg.geometric.tif"}).text == a.text);
         check_says([&] { import_camera(file, {.preset = "colmap", .depth = "depth/c.tif"}); }, {"has 3 images"});
     }
+
+    constexpr std::size_t points = 8 + 48; // the count of the last image, and its points
+    const std::string many = Colmap::counted(3, images.substr(8, images.size() - 8 - points));
+    put(sparse / "images.bin", many + Colmap::counted(std::uint64_t{1} << 61, "")); // times their size is 0 in 64 bits
+    check_says([&] { import_camera(sparse, {.image = "b", .preset = "colmap"}); }, {"images.bin: is cut short"});
+    const auto refused = [&](const std::string& text, const std::string& said) {
+        put(folder / "text/cameras.txt", text);
+        check_says([&] { import_camera(folder / "text", {.image = "b", .preset = "colmap"}); }, {".txt: ", said});
+    };
+    refused("5 PINHOLE 640 480 500\n", "has a camera PINHOLE with 1 numbers after its size; it must have 4");
+    refused("5 FOV 640 480 500 510 322 238 0.1\n", "a lens distortion that Fathom does not know; run colmap");
+    put(folder / "text/images.txt", std::string("# Image list\n"));
+    refused(text_cameras, "images.txt: has no image; run COLMAP again");
+    fs::remove(folder / "text/images.txt");
+    refused(text_cameras, "has 3 cameras and no images.txt beside it");
+    fs::rename(folder / "text/cameras.txt", folder / "text/images.txt");
+    check_says([&] { import_camera(folder / "text/images.txt"); }, {"has no cameras.txt beside it; name COLMAP's"});
 }
 
 TEST_CASE("cameras: the matrices of an EXR header in every layout", "[io][cameras]") {
@@ -1092,6 +1109,13 @@ TEST_CASE("cameras: EXR headers without a camera, with a bad one, and damaged", 
             header.insert("worldToNDC", Imf::M44fAttribute(written(nonsense, true)));
         },
         {"worldToNDC", "do not make a pinhole"});
+    refused(
+        [](Imf::Header& header) {
+            header.insert("worldToCamera", Imf::M44fAttribute(written(Matrix4d::Identity(), true)));
+            header.insert("CameraFocalLength", Imf::FloatAttribute(0));
+            header.insert("CameraFilmApertureHorizontal", Imf::FloatAttribute(36));
+        },
+        {"CameraFocalLength", "is not positive"});
     refused([](Imf::Header& header) { header.insert("cameraFov", Imf::FloatAttribute(200)); }, {"cameraFov", "180"});
     refused([](Imf::Header& header) { header.insert("cameraFov", Imf::FloatAttribute(std::nanf(""))); }, {"finite"});
     refused(
@@ -1107,6 +1131,7 @@ TEST_CASE("cameras: EXR headers without a camera, with a bad one, and damaged", 
         },
         {"does not say what the values", "--preset nuke-depth"});
     const fs::path good = put_exr(folder / "good.exr", [](Imf::Header& header) { header.screenWindowWidth() = 0.8f; });
+    check_says([&] { import_camera(good, {.image = "a"}); }, {"good.exr: holds one camera, so leave out --image"});
     const Bytes bytes = get(good);
     constexpr std::string_view last = "screenWindowWidth"; // of the attributes, in alphabetical order
     const auto header_end =

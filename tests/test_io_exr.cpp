@@ -6,6 +6,8 @@
 
 #include <fathom/io.hpp>
 
+#include <OpenEXR/ImfFloatVectorAttribute.h>
+
 #include <opencv2/core.hpp>
 
 using namespace fathom;
@@ -234,6 +236,23 @@ TEST_CASE("exr: windows that no image has are refused before memory is asked for
             const auto file = put(folder / "b.exr", broken);
             check_says([&] { read_depth(file); }, {"b.exr: "});
         }
+}
+
+TEST_CASE("exr: attributes that are longer than what they hold are refused", "[io]") {
+    const TempFolder folder;
+    const auto bytes = get(write(folder / "a.exr", {.more = [](Imf::Header& header) {
+                                     header.insert("numbers", Imf::FloatVectorAttribute({1, 2}));
+                                 }}));
+    for (const std::string type : {"chlist", "floatvector"}) {
+        auto longer = bytes;
+        const auto size = std::search(longer.begin(), longer.end(), type.begin(), type.end()) +
+                          static_cast<std::ptrdiff_t>(type.size() + 1);
+        const auto end = size + 4 + *size;
+        ++*size;
+        longer.insert(end, 0);
+        const auto file = put(folder / "longer.exr", longer);
+        check_says([&] { read_depth(file); }, {"longer.exr: is damaged or cut short: the sizes in its header"});
+    }
 }
 
 TEST_CASE("exr: real files", "[io][real]") {

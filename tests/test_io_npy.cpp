@@ -232,6 +232,7 @@ TEST_CASE("npy: damaged arrays and those that are no image are refused in one li
     check(header("<f4", false, "(3,)"), "of shape (3,), which is no image");
     check(header("<f4", false, "()"), "of shape (), which is no image");
     check(header("<f4", false, "(2, 3, 5)"), "of shape (2, 3, 5), which is no image");
+    check(header("<f4", true, "(3, 5, 3)"), "of channels in Fortran's order");
     check(header("<f4", false, "(0, 5)"), "says it has 5 x 0 pixels");
     check(header("<f4", false, "(99999999999999999999, 5)"), "pixels; it is damaged");
     check(header("<f4", false, "(-3, 5)"), "says it has 5 x -3 pixels");

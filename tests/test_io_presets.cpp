@@ -274,6 +274,8 @@ TEST_CASE("presets: 16 bits in two channels, and fractions in four, are packed d
                 bgra[place] = static_cast<std::uint8_t>(bits >> (8 * byte));
         });
         CHECK_NOTHROW(read_depth(folder / "a.png", {.packing = Packing::rgba_red_low}));
+        check_says([&] { read_depth(folder / "a.png", {.packing = Packing::rgb_red_low}); },
+                   {"a.png: has an alpha between 0 and 255", "\"rgba-low-first\""});
     }
 }
 
