@@ -2,7 +2,7 @@
 // same ones. python/tests/test_options.py does so with Python's keywords.
 #include "program.hpp"
 
-#include "cli/options/described.hpp"
+#include "cli/options.hpp"
 #include "description/operations.hpp"
 
 #include <fathom/opencv.hpp>

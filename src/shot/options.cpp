@@ -5,10 +5,7 @@
 #include "camera_file/file.hpp"
 #include "camera_file/json_object.hpp"
 #include "io/cameras/camera_formats.hpp"
-#include "io/formats.hpp"
-#include "sequence/frames.hpp"
-#include "telling.hpp" // what kernels there are
-#include "terminal/exit.hpp"
+#include "runtime/program.hpp"
 
 #include <fathom/error.hpp>
 #include <fathom/exr.hpp>
@@ -21,7 +18,6 @@
 
 #include <algorithm>
 #include <cstdlib>
-#include <stdexcept>
 #include <thread>
 
 namespace fathom::shot {
@@ -52,6 +48,10 @@ bool is_complete(const std::string& preset) {
     }
 }
 
+int cores() {
+    return std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+}
+
 } // namespace
 
 std::string CameraOption::name() const {
@@ -62,21 +62,13 @@ bool CameraOption::of_headers() const {
     return file.empty() && (preset.empty() || !is_complete(preset));
 }
 
-bool CameraOption::is_pattern() const {
-    return sequence::FramePattern::in(file) && !io::is_there(file);
-}
-
 std::string CameraOption::file_for(const Input& input) const {
-    if (!is_pattern())
-        return file;
-    if (!input.frame)
-        throw UsageError(input.file + ": its name holds no frame, which --camera " + file +
-                         " needs; give it a number, as in shot.0001.exr");
-    return sequence::FramePattern::in(file)->name(*input.frame);
+    const auto pattern = pattern_in(file);
+    return pattern ? named(*pattern, "--camera", input) : file;
 }
 
 std::vector<std::filesystem::path> CameraOption::files_for(const Input& input) const {
-    if (file.empty() || (of_headers() && io::exr_has_camera(input.file)))
+    if (file.empty())
         return {};
     const std::filesystem::path one = file_for(input);
     return io::is_colmap(one) ? io::colmap_files(one) : std::vector{one};
@@ -116,7 +108,8 @@ void CameraOption::first_for(const std::function<void(const ImportedCamera&)>& u
         std::rethrow_exception(lacking);
 }
 
-ImportedCamera CameraOption::read(std::vector<Input> depths) const {
+ImportedCamera CameraOption::read() const {
+    std::vector<Input> depths = inputs();
     if (file.empty() && (!image.empty() || !node.empty() || undistorted))
         throw UsageError("--image, --node and --undistorted: choose from a file; give it with --camera");
     if (!given()) {
@@ -146,22 +139,6 @@ ImportedCamera CameraOption::read(std::vector<Input> depths) const {
     return read_for(depths.back());
 }
 
-namespace {
-
-// Large images go back to the system when they are freed, in place of being kept for the next frame.
-void give_back_images() {
-#ifdef __GLIBC__
-    mallopt(M_MMAP_THRESHOLD, 32 << 20);
-    mallopt(M_MMAP_MAX, 65536);
-#endif
-}
-
-int cores() {
-    return std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
-}
-
-} // namespace
-
 void DeviceOption::prepare(std::size_t memory) const {
     if (threads > 0) {
         const std::string count = std::to_string(threads);
@@ -169,11 +146,23 @@ void DeviceOption::prepare(std::size_t memory) const {
         setenv("POCL_CPU_MAX_CU_COUNT", count.c_str(), 1);  // PoCL from 5
     }
     runtime::compile_apart(kernels_hash()); // before there are threads that may hold a lock
-    if (memory > 0)
-        give_back_images();
+#ifdef __GLIBC__
+    if (memory >
+        0) { // large images go back to the system when they are freed, in place of being kept for the next frame
+        mallopt(M_MMAP_THRESHOLD, 32 << 20);
+        mallopt(M_MMAP_MAX, 65536);
+    }
+#endif
     set_exr_threads(threads);
     if (threads > 0) // oneTBB warns of more than there are
         cv::setNumThreads(std::min(threads, cores()));
+}
+
+std::string kernels_hash() {
+    std::string all;
+    for (const auto& [name, text] : fathom_kernel_files())
+        all.append(name).append(1, '\0').append(text).append(1, '\0');
+    return io::digest(all);
 }
 
 std::shared_mutex& vector_widths() {

@@ -1,9 +1,9 @@
 #pragma once
 
-#include "inputs.hpp"
-
+#include "io/formats.hpp"
 #include "runtime/compiler.hpp"
-#include "terminal/messages.hpp"
+#include "sequence/frames.hpp"
+#include "terminal/terminal.hpp"
 
 #include <fathom/device.hpp>
 #include <fathom/image.hpp>
@@ -13,18 +13,90 @@
 #include <fathom/relative.hpp>
 
 #include <array>
-#include <cstddef>
-#include <filesystem>
 #include <functional>
-#include <map>
-#include <optional>
 #include <shared_mutex>
-#include <string>
-#include <vector>
 
+/// A shot: which images it has, what a task makes of each, and what is said of it.
 namespace fathom::shot {
 
+using namespace terminal;
+using sequence::Frame;
 using terminal::number;
+
+/// What becomes of a frame whose depth, or another file of its own, is not there.
+enum class Missing { error, skip };
+
+/// A depth image to read.
+struct Input {
+    std::string file;
+    std::optional<Frame> frame = {};        ///< which names of other files may have, too
+    std::optional<std::size_t> source = {}; ///< which sequence it is of; none: it was named itself
+};
+
+/// The name of standard input, and of standard output.
+inline constexpr const char* standard_stream = "-";
+
+/// What is said of raw frames in pipes.
+struct PipeOptions {
+    std::optional<cv::Size> size;                 ///< of all of them
+    const io::RawFormat* depth = io::raw_formats; ///< of those that are depth
+};
+
+/// Is this the name of a pipe: "-", or, where the size of frames is given, something that delivers bytes and is no file?
+bool is_pipe(const std::string& name, const PipeOptions& pipes);
+
+/// The end of the names of pictures that `fathom show` made.
+inline constexpr const char* show_ending = ".show.png";
+
+/// The end of the name of what --resume writes beside a result.
+inline constexpr const char* record_ending = ".fathom.json";
+
+/// The depth images that arguments stand for: files, patterns of names, quoted globs and folders. A file that is there is
+/// meant itself, whatever its name looks like.
+class Inputs {
+public:
+    std::vector<std::string> arguments;
+    std::optional<std::vector<Frame>> frames; ///< of the patterns; none: those that are there
+    Missing missing = Missing::error;
+    PipeOptions pipes;
+
+    /// All of them, those that are missing, too. Looked for once, by the first call.
+    /// Throws: Error for an argument that stands for no file, and UsageError for frames of what is no sequence.
+    const std::vector<Input>& all() const;
+
+    /// Are they the frames of a pipe? `all` is then the first one.
+    bool is_piped() const { return arguments.size() == 1 && is_pipe(arguments.front(), pipes); }
+
+    /// Is there more than a single file that was named itself?
+    bool is_sequence() const;
+
+    /// The files of a shot, whichever frames were asked for, and which inputs are frames of it.
+    struct Shot {
+        std::map<Frame, std::string> files;
+        std::vector<std::size_t> inputs;
+    };
+
+    /// Files of a folder, a glob or a command line are frames of one shot if their names have one pattern, whatever else there is.
+    std::vector<Shot> shots() const;
+
+private:
+    void add(const std::string& argument) const;
+    void add_files(const std::string& argument, std::vector<std::string> files) const;
+    void add_sequence(const sequence::FramePattern& pattern, const std::map<Frame, std::string>& files) const;
+
+    mutable std::vector<Input> all_;
+    mutable std::vector<std::map<Frame, std::string>> there_; ///< of each source
+};
+
+/// The frame that a file's name holds.
+std::optional<Frame> frame_of(const std::string& file);
+
+/// The pattern that a name is, unless a file has this very name.
+std::optional<sequence::FramePattern> pattern_in(const std::string& name);
+
+/// The name for an input's frame, which an option asks for.
+/// Throws: UsageError where the input's own name holds no frame.
+std::string named(const sequence::FramePattern& pattern, const std::string& option, const Input& input);
 
 /// The camera of the images: a file of any format that Fathom reads, a source of depth by name, both, or the headers
 /// of the images.
@@ -43,7 +115,7 @@ struct CameraOption {
     bool of_headers() const;
 
     /// Does each frame have a camera file of its own?
-    bool is_pattern() const;
+    bool is_pattern() const { return pattern_in(file).has_value(); }
 
     /// The camera file of one input. Throws: UsageError where a pattern needs a frame that the input's name does not hold.
     std::string file_for(const Input& input) const;
@@ -53,7 +125,7 @@ struct CameraOption {
 
     /// The camera of the first input that has one: refuses early what is wrong for all of them.
     /// Throws: UsageError where there is no camera, and Error for a camera that cannot be used.
-    ImportedCamera read(std::vector<Input> depths) const;
+    ImportedCamera read() const;
 
     /// Calls `use` with the camera of the first input that has what it needs, for which it throws no UsageError. A camera that
     /// cannot be read is told when all inputs are planned, or when the turn of its own comes.
@@ -85,6 +157,9 @@ struct DeviceOption {
     void share_among(std::size_t files) const;
 };
 
+/// The hash of the text of all kernels.
+std::string kernels_hash();
+
 /// Held while a device's vector width is used, and alone while it changes.
 std::shared_mutex& vector_widths();
 
@@ -106,6 +181,9 @@ auto at_any_width(const Device& device, const Action& action) {
         }
     }
 }
+
+/// Numbers between commas; none where there are others than `count` of them, if it is given, or something else.
+std::vector<double> numbers_in(const std::string& text, std::optional<std::size_t> count = {});
 
 /// An option whose value changes from frame to frame.
 struct Animation {
@@ -136,6 +214,7 @@ struct Output {
     std::string option; ///< that says where: -o, --confidence
     std::string target; ///< file, folder, or the pattern of the files of all frames
     Product product;
+    bool beside = false; ///< does each lie beside its input instead, whose name but for the extension it has?
 };
 
 /// An image to read with each input.

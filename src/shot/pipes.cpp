@@ -1,9 +1,5 @@
 // Frames of pipes. Each becomes a file in memory with NumPy's header, so that every reader and every option takes it.
-#include "pipes.hpp"
-
-#include "camera_file/file.hpp"
-#include "terminal/exit.hpp"
-#include "terminal/messages.hpp"
+#include "work.hpp"
 
 #include <fathom/error.hpp>
 
@@ -14,7 +10,6 @@
 #include <csignal>
 #include <iterator>
 #include <new>
-#include <utility>
 
 #include <fcntl.h>
 #include <poll.h>
@@ -26,11 +21,6 @@ namespace fathom::shot {
 namespace {
 
 constexpr const char* input_name = "standard input";
-
-std::size_t bytes_of_frame(const io::RawFormat& format, cv::Size size) {
-    return static_cast<std::size_t>(size.width) * static_cast<std::size_t>(size.height) *
-           static_cast<std::size_t>(format.channels) * static_cast<std::size_t>(format.bits / 8);
-}
 
 // Of version 1: the magic, the length of what follows, and a dict that ends at a multiple of 64 bytes.
 std::string numpy_header(const io::RawFormat& format, cv::Size size) {
@@ -47,14 +37,6 @@ std::string numpy_header(const io::RawFormat& format, cv::Size size) {
            dict;
 }
 
-std::string formats_in_words(int channels) {
-    std::vector<std::string> names;
-    for (const io::RawFormat& format : io::raw_formats)
-        if (format.channels == channels)
-            names.emplace_back(format.name);
-    return one_of(names);
-}
-
 } // namespace
 
 bool is_pipe(const std::string& name, const PipeOptions& pipes) {
@@ -67,7 +49,8 @@ bool is_pipe(const std::string& name, const PipeOptions& pipes) {
 FrameFile::FrameFile(std::string name, const io::RawFormat& format, cv::Size size)
     : name_(std::move(name)), number_(::memfd_create("frame", MFD_CLOEXEC)) {
     const std::string header = numpy_header(format, size);
-    bytes_ = header.size() + bytes_of_frame(format, size);
+    bytes_ = header.size() + static_cast<std::size_t>(size.width) * static_cast<std::size_t>(size.height) *
+                                 static_cast<std::size_t>(format.channels * format.bits / 8);
     const bool sized = number_ >= 0 && ::ftruncate(number_, static_cast<off_t>(bytes_)) == 0;
     mapped_ = sized ? ::mmap(nullptr, bytes_, PROT_READ | PROT_WRITE, MAP_SHARED, number_, 0) : MAP_FAILED;
     if (mapped_ == MAP_FAILED) {
@@ -281,16 +264,18 @@ const io::RawFormat& result_format(const DepthOptions& options) {
     if (channels != 1 && channels != 3)
         throw UsageError(fmt::format("-o -: raw frames have one channel or three, and this result {}{}", channels,
                                      options.command == "dof-masks" ? "; choose one with --mask" : ""));
+    std::vector<std::string> fitting;
     for (const io::RawFormat& format : io::raw_formats) {
-        const bool fits = format.channels == channels && (is_color || format.bits > 8);
-        if (name != format.name || !fits)
+        if (format.channels != channels || (!is_color && format.bits == 8))
+            continue;
+        fitting.emplace_back(format.name);
+        if (name != format.name)
             continue;
         if (format.bits == 16 && !product.png_scale && !options.png_scale)
             throw UsageError("--format gray16le: codes hold 0 to 1 only; give --png-scale, or write grayf32le");
         return format;
     }
-    throw UsageError(fmt::format("--format {}: is none of this result's raw formats; it is {}", name,
-                                 channels == 3 && !is_color ? "rgbf32le" : formats_in_words(channels)));
+    throw UsageError(fmt::format("--format {}: is none of this result's raw formats; it is {}", name, one_of(fitting)));
 }
 
 } // namespace fathom::shot

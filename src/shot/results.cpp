@@ -1,9 +1,7 @@
 // What is written of an input: its images, their files and what those cannot hold.
-#include "each_depth.hpp"
+#include "work.hpp"
 
 #include "camera/photograph.hpp"
-#include "camera_file/file.hpp"
-#include "terminal/messages.hpp"
 #include "text.hpp"
 
 #include <fathom/error.hpp>
@@ -16,17 +14,6 @@
 #include <limits>
 
 namespace fathom::shot {
-namespace {
-
-// Names for channels among others: "linear" in front of Z, which a depth image has already.
-std::vector<std::string> in_layer(std::vector<std::string> channels, const std::string& layer) {
-    for (std::string& channel : channels)
-        channel.insert(0, layer.empty() ? "" : layer + ".");
-    return channels;
-}
-
-} // namespace
-
 std::vector<std::string> known_names(std::vector<std::string> channels, bool append) {
     const std::vector<std::string> own = channels;
     const std::size_t end = own.front().rfind('.') + 1;
@@ -51,28 +38,24 @@ bool is_exr(const std::filesystem::path& file) {
     return io::is_file(file) && !list_channels(file).empty();
 }
 
-std::optional<ExrSource> source_of(const DepthOptions& options, const Job& job, const DepthFile& depth) {
-    if (options.made_of && is_exr(job.companions[*options.made_of])) {
-        const std::filesystem::path& file = job.companions[*options.made_of];
-        return ExrSource{file, color_channels(file, options.picture.layer).front(), job.windows};
-    }
-    if (depth.channel.empty())
-        return std::nullopt;
-    return ExrSource{job.input, depth.channel, depth.windows};
-}
-
-Windows result_windows(const DepthOptions& options, const Job& job) {
+void find_source(const DepthOptions& options, Work& work) {
+    const Job& job = work.frame;
+    work.windows = job.windows;
+    if (!work.depth.channel.empty())
+        work.source = ExrSource{job.input, work.depth.channel, work.depth.windows};
     if (!options.made_of || !is_exr(job.companions[*options.made_of]))
-        return job.windows;
+        return;
     const std::filesystem::path& file = job.companions[*options.made_of];
-    const Windows picture = io::exr_windows(file, color_channels(file, options.picture.layer).front());
+    const std::string channel = color_channels(file, options.picture.layer).front();
+    work.source = ExrSource{file, channel, job.windows};
+    const Windows picture = io::exr_windows(file, channel);
     const cv::Rect both = job.windows.data & picture.data;
     if (picture.display != job.windows.display)
-        return job.windows;
+        return;
     if (both.empty())
         io::refuse(file, "has no pixel within the data window of the depth, " + job.input.string() +
                              "; give a picture of the same view");
-    return {both, picture.display};
+    work.windows = {both, picture.display};
 }
 
 void fit(cv::Mat& image, const Windows& windows, const std::filesystem::path& file, ImageKind kind) {
@@ -109,7 +92,8 @@ std::vector<ImageFile> files_of(const DepthOptions& options, const Job& job, con
                 throw Error(job.outputs[i].native() +
                             ": has another size than its input, which --append cannot add to");
             how.source->append = true;
-            how.channels = in_layer(how.channels, product.layer);
+            for (std::string& channel : how.channels) // such as "linear" in front of Z, which a depth image has already
+                channel.insert(0, product.layer.empty() ? "" : product.layer + ".");
         }
         how.channels = known_names(how.channels, i == 0 && options.append);
         images.push_back({job.outputs[i], image, how, product.kind, results[i].format});
@@ -159,37 +143,6 @@ std::vector<std::string> metadata_doubts(const std::filesystem::path& file, cons
                                    "dull; convert the picture to linear sRGB first, or write an .exr",
                                    result.format->primaries));
     return said;
-}
-
-void check_same_pixels(const std::filesystem::path& file, const DepthFile& other, const Job& job) {
-    check_same_size(file, other.values.size(), job);
-    if (other.windows != job.windows)
-        throw Error(fmt::format("{}: has other data and display windows than {}; write both with the same ones",
-                                file.native(), job.input.native()));
-}
-
-void check_same_size(const std::filesystem::path& file, cv::Size size, const Job& job) {
-    const auto& [width, height] = job.windows.data.size();
-    if (size.width != width || size.height != height)
-        throw Error(fmt::format("{}: is {} × {}, but {} is {} × {}; both must be of the same size", file.native(),
-                                size.width, size.height, job.input.native(), width, height));
-}
-
-void check_same_view(const std::filesystem::path& file, cv::Size size, const Job& job) {
-    const cv::Size depth = job.windows.data.size();
-    if (!have_same_ratio(size.width, size.height, depth.width, depth.height))
-        throw Error(fmt::format("{}: is {} × {}, but {} is {} × {}; both must show the same, with the same ratio of "
-                                "width to height",
-                                file.native(), size.width, size.height, job.input.native(), depth.width, depth.height));
-}
-
-cv::Mat directions_for(const std::filesystem::path& file, cv::Mat directions) {
-    if (extension_of(file) == ".png")
-        for (int y = 0; y < directions.rows; ++y)
-            for (int x = 0; x < directions.cols; ++x)
-                if (auto& n = directions.at<cv::Vec3f>(y, x); n == cv::Vec3f(0, 0, 0))
-                    n = cv::Vec3f::all(std::numeric_limits<float>::quiet_NaN());
-    return directions;
 }
 
 } // namespace fathom::shot

@@ -1,13 +1,9 @@
 // What a run says: a line for each input, for people and as JSON, and --log. There lines of several processes do not mix: a file that
-// is opened to append to takes each write whole.
-#include "telling.hpp"
+// is opened to append to takes each write whole. And what makes a result, as the line of JSON by which --resume knows it.
+#include "work.hpp"
 
-#include "each_depth.hpp"
-
-#include "camera_file/file.hpp"
-#include "io/replace_files.hpp"
-#include "terminal/exit.hpp"
-#include "terminal/messages.hpp"
+#include "runtime/program.hpp"
+#include "runtime/state.hpp"
 
 #include <fathom/error.hpp>
 
@@ -16,12 +12,8 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <chrono>
-#include <filesystem>
-#include <fstream>
+#include <iterator>
 #include <new>
-#include <stdexcept>
-#include <string_view>
 #include <system_error>
 
 #include <unistd.h>
@@ -29,21 +21,22 @@
 namespace fathom::shot {
 namespace {
 
-std::vector<std::string>& command_line() {
-    static std::vector<std::string> arguments;
-    return arguments;
+using nlohmann::ordered_json;
+
+std::vector<std::string> command_line; // that the program was started with
+
+// A device: its name, and its driver's.
+std::string device_class(const Device& device) {
+    std::string driver = runtime::ask_driver([&] { return cl::Device(device.id(), true).getInfo<CL_DRIVER_VERSION>(); },
+                                             device.info().name, " does not say the version of its driver");
+    driver.resize(std::min(driver.size(), driver.find('\0')));
+    return fmt::format("{}, {} {}", device.info().name, device.info().platform, driver);
 }
 
-} // namespace
-
-void remember_command_line(int argc, char** argv) {
-    command_line().assign(argv, argv + argc);
-}
-
-RunLog::RunLog(const std::string& file) : file_(file) {
-    if (file.empty() || file == standard_stream)
-        return;
+// Opens a log to append to. A file that holds something else is left as it is.
+std::ofstream opened_log(const std::string& file) {
     constexpr std::string_view beginning = R"({"run":)"; // a full disk may have left a part of it
+    bool is_cut = false;                                 // has a full disk left a part of a line?
     if (std::error_code none; std::filesystem::is_regular_file(file, none)) {
         std::string found(beginning.size(), '\0');
         std::ifstream past(file, std::ios::binary);
@@ -52,42 +45,37 @@ RunLog::RunLog(const std::string& file) : file_(file) {
             io::refuse(file, "is no log, and is left as it is; choose another file (--log)");
         past.clear();
         past.seekg(-1, std::ios::end);
-        is_cut_ = past && past.get() != '\n';
+        is_cut = past && past.get() != '\n';
     }
-    stream_.open(file, std::ios::binary | std::ios::app);
-    if (!stream_)
+    std::ofstream log(file, std::ios::binary | std::ios::app);
+    if (!log)
         io::refuse_write(file, "the log cannot be written", errno, "choose another file (--log)");
+    if (is_cut)
+        log << '\n';
+    return log;
 }
 
-void RunLog::begin(const nlohmann::ordered_json& more) {
-    const auto now = std::chrono::time_point_cast<std::chrono::seconds>(std::chrono::system_clock::now());
-    std::error_code none;
-    nlohmann::ordered_json run{
-        {"command", command_line()}, {"folder", std::filesystem::current_path(none).native()},
-        {"version", FATHOM_VERSION}, {"host", io::host_name()},
-        {"process", ::getpid()},     {"started", fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(now))}};
-    run.update(more);
-    if (is_cut_)
-        stream_ << '\n';
-    add({{"run", run}});
+// Options that change no result, and those of files, whose sizes and times count.
+constexpr const char* left_out[] = {"DEPTH",     "--output",  "--camera",  "--format", "--frames",     "--missing",
+                                    "--animate", "--device",  "--threads", "--memory", "--progress",   "--json",
+                                    "--quiet",   "--explain", "--resume",  "--log",    "--interpolate"};
+
+// Null where there is no file.
+ordered_json state_of(const std::filesystem::path& file) {
+    const auto state = io::state_of(file);
+    return state ? ordered_json{state->size, state->time} : ordered_json();
 }
 
-void RunLog::add(const nlohmann::ordered_json& line) {
-    if (file_ == standard_stream) {
-        print_json(line);
-        flush_output();
-    } else if (stream_.is_open()) {
-        stream_ << line.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + '\n' << std::flush;
-        if (stream_)
-            return;
-        complain(file_ + ": the log cannot be written: " + io::reason(errno) +
-                 "; it ends here, and the frames are done without it");
-        complete_ = false;
-        stream_.close();
-    }
+std::string line_of(ordered_json record, const std::vector<io::FileState>& results) {
+    for (const auto& [size, time] : results)
+        record["outputs"].push_back({size, time});
+    return record.dump(-1, ' ', true, ordered_json::error_handler_t::replace) + '\n';
 }
 
-namespace {
+// Where the line of a frame lies.
+std::filesystem::path record_of(const Job& job) {
+    return job.outputs.front().native() + record_ending;
+}
 
 // An option as a key of JSON: bent_normal for --bent-normal.
 std::string key_of(const std::string& option) {
@@ -97,8 +85,8 @@ std::string key_of(const std::string& option) {
 }
 
 // The files of an input for --json and --log, and its frame.
-nlohmann::ordered_json files_in_json(const DepthOptions& options, const Job& job, bool has_results) {
-    nlohmann::ordered_json line{{"input", job.shown(job.input)}};
+ordered_json files_in_json(const DepthOptions& options, const Job& job, bool has_results) {
+    ordered_json line{{"input", job.shown(job.input)}};
     if (has_results && !job.outputs.empty())
         line["output"] = job.outputs.front().native();
     if (job.in_sequence && job.frame)
@@ -112,7 +100,7 @@ std::optional<PictureFormat> written_format(const Job& job, const Made& made) {
     return made.format ? std::optional(format_for(job.outputs.front(), *made.format)) : std::nullopt;
 }
 
-nlohmann::ordered_json times_in_json(const Times& times) {
+ordered_json times_in_json(const Times& times) {
     return {{"seconds", times.whole()},
             {"read_seconds", times.read},
             {"compute_seconds", times.compute},
@@ -120,9 +108,9 @@ nlohmann::ordered_json times_in_json(const Times& times) {
 }
 
 // What --json says of a frame that was done.
-nlohmann::ordered_json line_of(const DepthOptions& options, const Work& work) {
+ordered_json line_of(const DepthOptions& options, const Work& work) {
     const Job& job = work.frame;
-    nlohmann::ordered_json line = files_in_json(options, job, true);
+    ordered_json line = files_in_json(options, job, true);
     if (work.kept) {
         line["kept"] = true;
         return line;
@@ -145,20 +133,20 @@ nlohmann::ordered_json line_of(const DepthOptions& options, const Work& work) {
 }
 
 // The same for the log, which says more.
-nlohmann::ordered_json log_line(const DepthOptions& options, const Work& work, const std::string& error) {
+ordered_json log_line(const DepthOptions& options, const Work& work, const std::string& error) {
     constexpr std::string_view warning = "warning: ";
-    nlohmann::ordered_json line{{"status", !error.empty() ? "failed" : work.kept ? "kept" : "made"}};
+    ordered_json line{{"status", !error.empty() ? "failed" : work.kept ? "kept" : "made"}};
     line.update(error.empty() ? line_of(options, work) : files_in_json(options, work.frame, true));
     line.update(times_in_json(work.times));
     line.erase("kept");
-    line["warnings"] = nlohmann::ordered_json::array();
+    line["warnings"] = ordered_json::array();
     for (const std::string& said : work.frame.said)
         if (said.starts_with(warning))
             line["warnings"].push_back(work.frame.shown(said.substr(warning.size())));
     if (!error.empty())
         line["error"] = error;
     if (work.frame.camera)
-        line["camera"] = nlohmann::ordered_json::parse(work.frame.camera->text);
+        line["camera"] = ordered_json::parse(work.frame.camera->text);
     return line;
 }
 
@@ -194,11 +182,69 @@ std::string in_words(const std::exception_ptr& failure, const DepthOptions& opti
     } catch (const std::invalid_argument& error) { // a field of the camera
         return about(options.relative.order ? job.input : job.camera_name, error.what(), {job.input});
     } catch (const std::exception& error) {
-        return about(job.input, error.what(), job.others());
+        std::vector<std::filesystem::path> others = job.companions;
+        others.insert(others.end(), job.outputs.begin(), job.outputs.end());
+        return about(job.input, error.what(), others);
     }
 }
 
 } // namespace
+
+void remember_command_line(int argc, char** argv) {
+    command_line.assign(argv, argv + argc);
+}
+
+Records::Records(const DepthOptions& options, const Device& device) : options_(options) {
+    auto counted = options.given();
+    for (const char* option : left_out)
+        counted.erase(option);
+    for (const Output& output : options.outputs)
+        counted.erase(output.option);
+    for (const Companion& companion : options.companions)
+        counted.erase(companion.option);
+    for (const Animation& animation : options.animations)
+        counted.erase(animation.option);
+    common_ = {{"fathom", FATHOM_VERSION},
+               {"kernels", kernels_hash()},
+               {"device", device_class(device)},
+               {"command", options.command},
+               {"options", counted}};
+}
+
+ordered_json Records::of(const Job& job) const {
+    ordered_json record = common_;
+    record["inputs"]["depth"] = state_of(job.input);
+    for (std::size_t i = 0; i < job.values.size(); ++i)
+        record["values"][options_.animations[i].option] = job.values[i];
+    for (std::size_t i = 0; i < job.companions.size(); ++i)
+        record["inputs"][options_.companions[i].option] = state_of(job.companions[i]);
+    for (const std::filesystem::path& file : options_.camera.files_for(job.read_as()))
+        record["inputs"]["camera"].push_back(state_of(file));
+    if (job.camera) // a file may hold many, and the name of the depth chooses one
+        record["camera"] = io::digest(job.camera->text);
+    if (job.range)
+        record["range"] = *job.range;
+    return record;
+}
+
+bool Records::is_finished(const ordered_json& record, const Job& job) const {
+    std::vector<io::FileState> results;
+    for (const std::filesystem::path& output : job.outputs) {
+        const auto state = io::state_of(output);
+        if (!state)
+            return false;
+        results.push_back(*state);
+    }
+    std::ifstream stream(record_of(job), std::ios::binary);
+    return std::string{std::istreambuf_iterator<char>(stream), {}} == line_of(record, results);
+}
+
+io::LastFile Records::file_of(const ordered_json& record, const Job& job) const {
+    return [record, file = record_of(job)](const std::vector<io::FileState>& results) {
+        const std::string line = line_of(record, results);
+        return io::NewFile{file, io::Bytes(line.begin(), line.end())};
+    };
+}
 
 Report report_of(const DepthOptions& options) {
     if (options.output == standard_stream) {
@@ -224,48 +270,69 @@ Report report_of(const DepthOptions& options) {
 void announce_failure(Report report, const Job& job, const std::string& error) {
     if (report != Report::json)
         return;
-    nlohmann::ordered_json line = files_in_json({}, job, false);
+    ordered_json line = files_in_json({}, job, false);
     line["error"] = error;
     print_json(line);
     flush_output();
 }
 
-Telling::Telling(const DepthOptions& options, const std::vector<Job>& jobs, const Device& device)
-    : options_(options), jobs_(jobs), said_(report_of(options)),
-      count_(static_cast<std::size_t>(std::ranges::count(jobs, false, &Job::left_out))), log_(options.log),
-      progress_(options.progress, options.inputs.is_piped() ? 0 : count_, said_ == Report::nothing) {
-    log_.begin({{"kernels", kernels_hash()}, {"device", device_class(device)}, {"frames", jobs.size()}});
-}
-
-void Telling::begin(const std::vector<std::string>& lines) const {
+Telling::Telling(const DepthOptions& options, Report said, const std::vector<Job>& jobs, const Device& device,
+                 const std::vector<std::string>& lines)
+    : options_(options), said_(said), count_(static_cast<std::size_t>(std::ranges::count(jobs, false, &Job::left_out))),
+      progress_(options.progress, options.inputs.is_piped() ? 0 : count_, said == Report::nothing) {
+    if (!options.log.empty() && options.log != standard_stream)
+        log_ = opened_log(options.log);
+    const auto now = std::chrono::time_point_cast<std::chrono::seconds>(std::chrono::system_clock::now());
+    std::error_code none;
+    log({{"run",
+          {{"command", command_line},
+           {"folder", std::filesystem::current_path(none).native()},
+           {"version", FATHOM_VERSION},
+           {"host", io::host_name()},
+           {"process", ::getpid()},
+           {"started", fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(now))},
+           {"kernels", kernels_hash()},
+           {"device", device_class(device)},
+           {"frames", jobs.size()}}}});
     for (const std::string& line : lines)
-        if (said_ == Report::line)
+        if (said == Report::line)
             fmt::print("{}\n", line);
     flush_output();
 }
 
-void Telling::tell_left_out(std::size_t end) {
-    for (; told_ < std::min(end, jobs_.size()); ++told_) {
-        const Job& job = jobs_[told_];
-        if (!job.left_out)
-            continue;
-        if (said_ == Report::line)
-            fmt::print("frame {}  left out: {} is not there\n", *job.frame, job.missing.native());
-        if (said_ == Report::json)
-            print_json({{"frame", *job.frame}, {"missing", job.missing.native()}, {"skipped", true}});
+// A disk that is full is told once, and ends the log.
+void Telling::log(const ordered_json& line) {
+    if (options_.log == standard_stream) {
+        print_json(line);
         flush_output();
-        log_.add({{"status", "left out"},
-                  {"input", job.input.native()},
-                  {"frame", *job.frame},
-                  {"missing", job.missing.native()}});
+    } else if (log_.is_open()) {
+        log_ << json_line(line) << std::flush;
+        if (log_)
+            return;
+        complain(options_.log + ": the log cannot be written: " + io::reason(errno) +
+                 "; it ends here, and the frames are done without it");
+        is_log_complete_ = false;
+        log_.close();
     }
 }
 
-void Telling::tell(std::size_t index, const Work& work, const std::exception_ptr& failure) {
+void Telling::tell_left_out(const Job& job) {
+    if (said_ == Report::line)
+        fmt::print("frame {}  left out: {} is not there\n", *job.frame, job.missing.native());
+    if (said_ == Report::json)
+        print_json({{"frame", *job.frame}, {"missing", job.missing.native()}, {"skipped", true}});
+    flush_output();
+    log({{"status", "left out"},
+         {"input", job.input.native()},
+         {"frame", *job.frame},
+         {"missing", job.missing.native()}});
+}
+
+void Telling::tell(const Work& work, const std::exception_ptr& failure) {
     const Job& job = work.frame;
     progress_.hide();
-    tell_left_out(index);
-    told_ = index + 1;
+    if (job.left_out)
+        return tell_left_out(job);
     for (const std::string& said : job.said)
         complain(job.shown(said));
     std::string error;
@@ -281,25 +348,20 @@ void Telling::tell(std::size_t index, const Work& work, const std::exception_ptr
             print_json(line_of(options_, work));
         flush_output();
     }
-    log_.add(log_line(options_, work, error));
+    log(log_line(options_, work, error));
     progress_.advance();
 }
 
 // Of many inputs, the errors of a few are far above the last line.
-void Telling::sum_up() {
+bool Telling::sum_up() {
     constexpr std::size_t most = 10;
     progress_.hide();
-    if (failed_.empty() || count_ == 1)
-        return;
     const std::size_t named = std::min(most, failed_.size()), more = failed_.size() - named;
-    complain(fmt::format("{} of {} inputs failed: {}{}", failed_.size(), count_,
-                         fmt::join(failed_.begin(), failed_.begin() + static_cast<std::ptrdiff_t>(named), ", "),
-                         more > 0 ? fmt::format(" and {} more", more) : ""));
-}
-
-bool Telling::finish() {
-    tell_left_out(jobs_.size());
-    return failed_.empty() && log_.complete();
+    if (!failed_.empty() && count_ > 1)
+        complain(fmt::format("{} of {} inputs failed: {}{}", failed_.size(), count_,
+                             fmt::join(failed_.begin(), failed_.begin() + static_cast<std::ptrdiff_t>(named), ", "),
+                             more > 0 ? fmt::format(" and {} more", more) : ""));
+    return failed_.empty() && is_log_complete_;
 }
 
 } // namespace fathom::shot

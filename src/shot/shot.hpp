@@ -3,18 +3,12 @@
 #include "options.hpp"
 
 #include "camera_file/file.hpp"
-
-#include <fathom/picture.hpp>
+#include "doubts/look.hpp"
 
 #include <opencv2/core/mat.hpp>
 
-#include <array>
-#include <filesystem>
 #include <future>
 #include <memory>
-#include <optional>
-#include <string>
-#include <vector>
 
 namespace fathom::shot {
 
@@ -50,9 +44,6 @@ struct Job {
     /// Words in which frames of pipes have names instead of paths.
     std::string shown(std::string words) const;
 
-    /// All but the input.
-    std::vector<std::filesystem::path> others() const;
-
     /// The input, and the frame that its camera is of.
     Input read_as() const { return {.file = input.native(), .frame = frame}; }
 };
@@ -78,11 +69,51 @@ std::filesystem::path companion_of(const DepthOptions& options, const Companion&
 /// missing.
 std::vector<Job> plan(const DepthOptions& options);
 
-/// The same for one frame of piped depth.
-Job plan_frame(const DepthOptions& options, Frame frame);
+/// The same for one input, which may be a frame of piped depth.
+Job plan_frame(const DepthOptions& options, const Input& input);
 
 /// Makes the folders of results whose targets are folders or patterns that are not there yet.
 /// Throws: Error when one cannot be made, or when a single file is to go into a folder that does not exist.
 void prepare_folders(const DepthOptions& options, const Job& job);
+
+/// An image that was made of an input, and the format that it has as a picture.
+struct Made {
+    Made(cv::Mat made) : image(std::move(made)), size(image.size()) {}
+
+    cv::Mat image;
+    cv::Size size; ///< of the whole, if the image is a part
+    std::optional<PictureFormat> format = {};
+    std::optional<cv::Rect> part = {}; ///< of the depth image, if it has no more pixels
+    cv::Mat normals = {}, colors = {}; ///< of points
+};
+
+/// What a command does with each depth image.
+class Task : public DepthOptions {
+public:
+    virtual ~Task() = default;
+
+    /// Reads the images beside the depth. Other inputs are computed meanwhile, and others are read, too. The job has its windows.
+    virtual Images read(const Job&) const { return {}; }
+
+    /// Makes the images of `outputs`. Called for one input after the other.
+    virtual std::vector<Made> make(const StoredDepth& stored, Job& job) = 0;
+
+    /// What is probably wrong with the command's own options, a sentence each with the cure. Called beside `read`.
+    virtual std::vector<std::string> doubts(const Job&) const { return {}; }
+
+    /// The same of lengths, which this image is too large or too small for. Not asked where its depths are doubted anyway.
+    virtual std::vector<std::string> length_doubts(const StoredDepth&, const Subject&, const Job&) const { return {}; }
+};
+
+/// Reads each input, does the task, writes the results and says so, in the order of the inputs. While one is computed, others
+/// are read and written. A bad input is reported and the others are still done. Of an input's images all are written or none.
+/// Gives the exit code.
+/// Throws: UsageError, NoDevice and Interrupted, and Error for the camera file.
+int each_depth(Task& task);
+
+/// What the program was started with, for the first line of --log.
+void remember_command_line(int argc, char** argv);
+
+bool is_exr(const std::filesystem::path& file);
 
 } // namespace fathom::shot
