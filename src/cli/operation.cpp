@@ -126,20 +126,6 @@ Picture read_color(const std::filesystem::path& file, const PictureOptions& opti
     return picture;
 }
 
-// What is probably wrong with how the picture, which is the first companion, is said to count light.
-std::vector<std::string> picture_doubts(const PictureOptions& options, const Job& job) {
-    const std::filesystem::path& file = job.companions.front();
-    if (options.encoding != ColorEncoding::linear)
-        return {};
-    const ReadPictureOptions as_said{.layer = options.layer, .windows = windows_for(file, options, job)};
-    const PictureFormat format = read_picture(file, as_said).format;
-    if (format.bits != 8 || format.encoding == ColorEncoding::linear)
-        return {};
-    return {fmt::format("--color-space linear: {} holds 8 bits, which are sRGB where the file does not say otherwise; "
-                        "leave the option out",
-                        file.native())};
-}
-
 // Throws: Error where two pictures of a view are not of one size, or where only one of them has an alpha.
 void check_same_channels(const std::filesystem::path& file, const Picture& other, const Picture& picture,
                          const Job& job) {
@@ -233,16 +219,16 @@ void add_lens_options(CLI::App& app, LensArguments& lens, const description::Opt
 // blur or a focus, and a lens that is still incomplete or impossible. Where each input has a camera of its own, that waits until
 // it is read.
 // Throws: UsageError, and Error for the camera file.
-void complete(LensArguments& lens, RelativeSource& relative, const CameraOption& camera) {
-    relative.order = lens.relative;
+void complete(LensArguments& lens, DepthOptions& options) {
+    options.relative = lens.relative;
     if (lens.relative) {
-        relative.options = relative_options(lens);
+        options.relative_options = relative_options(lens);
         return complete(lens, {}, relative_camera(1, 1, *lens.relative).projection, "the camera");
     }
-    if (!camera.of_headers()) // shows early what all cameras lack
-        camera.first_for([&](const ImportedCamera& read) {
+    if (!options.camera.of_headers()) // shows early what all cameras lack
+        options.camera.first_for([&](const ImportedCamera& read) {
             LensArguments of_first = lens;
-            complete(of_first, read.lens, read.camera.projection, camera.name());
+            complete(of_first, read.lens, read.camera.projection, options.camera.name());
         });
 }
 
@@ -338,7 +324,7 @@ void OperationTask::add_options(CLI::App& app) {
 
 void OperationTask::prepare() {
     if (circle_)
-        complete(lens_, relative, camera);
+        complete(lens_, *this);
     for (const Option& option : operation_.options)
         if (option.kind == Kind::result && has_file(spelled(option)))
             operation_.set(call_.get(), option, true);
@@ -409,7 +395,16 @@ Images OperationTask::read(const Job& job) const {
 }
 
 std::vector<std::string> OperationTask::doubts(const Job& job) const {
-    return made_of ? picture_doubts(picture, job) : std::vector<std::string>{};
+    if (!made_of || picture.encoding != ColorEncoding::linear)
+        return {};
+    const std::filesystem::path& file = job.companions.front();
+    const PictureFormat format =
+        read_picture(file, {.layer = picture.layer, .windows = windows_for(file, picture, job)}).format;
+    if (format.bits != 8 || format.encoding == ColorEncoding::linear)
+        return {};
+    return {fmt::format("--color-space linear: {} holds 8 bits, which are sRGB where the file does not say otherwise; "
+                        "leave the option out",
+                        file.native())};
 }
 
 std::vector<std::string> OperationTask::blur_doubts(const StoredDepth& stored, const Job& job, const Subject& subject,

@@ -107,9 +107,21 @@ Animation animation_of(CLI::App& app, const std::string& text) {
     return animation;
 }
 
-// Every value of the file is parsed and checked as the option itself does it, and the first one stays, so that what depends on the
-// option can be checked before a frame is read.
-void add_animate_options(CLI::App& app, DepthOptions& options) {
+void add_frame_options(CLI::App& app, DepthOptions& options) {
+    const auto take = [&options](const std::string& text) {
+        try {
+            options.inputs.frames = sequence::parse_frames(text);
+        } catch (const std::invalid_argument& error) {
+            throw CLI::ValidationError("--frames", error.what());
+        }
+    };
+    add_option(
+        app, "Frames", "--frames", "RANGE", take,
+        "frames of shot.####.exr, as in 1-240, 1-240x2 (every second) or 1-9,20 (default: those that are there)");
+    add_enum_option(app, "Frames", "--missing", options.inputs.skip_missing, {{"error", false}, {"skip", true}},
+                    "a frame without its files is an error (default), or is left out (skip)");
+    // Every value of the file is parsed and checked as the option itself does it, and the first one stays, so that what depends on
+    // the option can be checked before a frame is read.
     CLI::Option* const animate =
         app.add_option_function<std::vector<std::string>>(
                "--animate",
@@ -127,23 +139,6 @@ void add_animate_options(CLI::App& app, DepthOptions& options) {
         ->needs(animate);
 }
 
-void add_frame_options(CLI::App& app, DepthOptions& options) {
-    const auto take = [&options](const std::string& text) {
-        try {
-            options.inputs.frames = sequence::parse_frames(text);
-        } catch (const std::invalid_argument& error) {
-            throw CLI::ValidationError("--frames", error.what());
-        }
-    };
-    add_option(
-        app, "Frames", "--frames", "RANGE", take,
-        "frames of shot.####.exr, as in 1-240, 1-240x2 (every second) or 1-9,20 (default: those that are there)");
-    add_enum_option(app, "Frames", "--missing", options.inputs.missing,
-                    {{"error", Missing::error}, {"skip", Missing::skip}},
-                    "a frame without its files is an error (default), or is left out (skip)");
-    add_animate_options(app, options);
-}
-
 void add_ignore_options(CLI::App& app, DepthOptions& options) {
     CLI::Option* ignore =
         add_option(app, "Input", "--ignore", "FILE", options.ignore,
@@ -158,19 +153,6 @@ void add_ignore_options(CLI::App& app, DepthOptions& options) {
         app, "Input", "--valid", "MIN,MAX", options.valid, limits_in, "two numbers MIN,MAX with MIN <= MAX",
         "distances along the axis that count, in scene units, as in 0.3,12 or 0.3,inf. Others are invalid; the "
         "background stays");
-}
-
-void add_run_options(CLI::App& app, DepthOptions& options) {
-    add_read_option(
-        app, "Device", "--memory", "SIZE", options.memory, bytes_of, "a number above 0 and K, M, G or T, as in 8G",
-        "what an operation may take beside its images, which it then does in bands, as in 8G or 500M, and what "
-        "the images of all inputs in work may take if there are several (default: a quarter of the machine's, "
-        "or of its container's, for the images)");
-    add_enum_option(
-        app, "Report", "--progress", options.progress,
-        {{"auto", ProgressKind::automatic}, {"openjd", ProgressKind::openjd}, {"off", ProgressKind::off}},
-        "of several inputs: a line where stderr is a terminal (auto; default), Open Job Description's lines on stdout "
-        "(openjd), or none");
 }
 
 void add_output_options(CLI::App& app, DepthOptions& options, const Product& product) {
@@ -386,10 +368,10 @@ void add_depth_options(CLI::App& app, DepthOptions& options, const Product& prod
     add_ignore_options(app, options);
     add_frame_options(app, options);
 
-    add_read_option(app, "Pipes", "--size", "WIDTHxHEIGHT", options.inputs.pipes.size, size_in, "as in 1920x1080",
+    add_read_option(app, "Pipes", "--size", "WIDTHxHEIGHT", options.inputs.pipe_size, size_in, "as in 1920x1080",
                     "of the frames in pipes: DEPTH and IMAGE may be - (standard input) or a named pipe with raw "
                     "frames, and OUT may be -");
-    add_raw_format_option(app, "--depth-format", options.inputs.pipes.depth, 1, "of depth in a pipe");
+    add_raw_format_option(app, "--depth-format", options.inputs.pipe_format, 1, "of depth in a pipe");
 
     add_output_options(app, options, product);
     CLI::Option* quiet = add_flag(
@@ -406,8 +388,16 @@ void add_depth_options(CLI::App& app, DepthOptions& options, const Product& prod
         app, "Report", "--log", "FILE", options.log,
         "append lines of JSON to FILE: one for this run, and one for each frame with its times and warnings. - is "
         "stdout, in place of other lines");
-    add_run_options(app, options);
-
+    add_read_option(
+        app, "Device", "--memory", "SIZE", options.memory, bytes_of, "a number above 0 and K, M, G or T, as in 8G",
+        "what an operation may take beside its images, which it then does in bands, as in 8G or 500M, and what "
+        "the images of all inputs in work may take if there are several (default: a quarter of the machine's, "
+        "or of its container's, for the images)");
+    add_enum_option(
+        app, "Report", "--progress", options.progress,
+        {{"auto", ProgressKind::automatic}, {"openjd", ProgressKind::openjd}, {"off", ProgressKind::off}},
+        "of several inputs: a line where stderr is a terminal (auto; default), Open Job Description's lines on stdout "
+        "(openjd), or none");
     add_device_options(app, options.device);
 }
 

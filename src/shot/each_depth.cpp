@@ -93,15 +93,16 @@ void read_relative(const DepthOptions& options, Work& work) {
         job.input, options.channel, ignored_of(options, options.ignore.empty() ? "" : job.companions.back()));
     const cv::Mat stored = input.depth.values;
     const int bits = input.depth.bits;
-    work.held = {input.channel,
-                 fmt::format("values {} to {}, {}", number(input.look.nearest), number(input.look.farthest),
-                             invalid_in_words(input.look.invalid, input.look.pixels)),
-                 {{"stored", {{"min", json_number(input.look.nearest)}, {"max", json_number(input.look.farthest)}}},
-                  {"invalid", input.look.invalid}}};
+    work.depth_channel = input.channel;
+    work.depth_words = fmt::format("values {} to {}, {}", number(input.look.nearest), number(input.look.farthest),
+                                   invalid_in_words(input.look.invalid, input.look.pixels));
+    work.depth_members = {
+        {"stored", {{"min", json_number(input.look.nearest)}, {"max", json_number(input.look.farthest)}}},
+        {"invalid", input.look.invalid}};
     cv::Mat color;
     if (options.made_of)
         color = read_picture(job.companions[*options.made_of], {.layer = options.picture.layer, .encoding = {}}).color;
-    RelativeOptions read = options.relative.options;
+    RelativeOptions read = options.relative_options;
     if (!read.range && bits == 32)
         read.range = job.range;
     const auto in_rows = [](int rows, const std::function<void(int, int)>& work) {
@@ -196,7 +197,7 @@ public:
         work.option_doubts = later([&] { return task_.doubts(job); });
         frame.images = later([&] { return task_.read(job); });
         work.picture_size = picture_size(work);
-        work.seen = is_relative() ? relative_camera(depth.values.cols, depth.values.rows, *task_.relative.order)
+        work.seen = is_relative() ? relative_camera(depth.values.cols, depth.values.rows, *task_.relative)
                                   : camera_of(*frame.camera, depth.windows, work.picture_size);
         settle_sky(work.seen, depth.values);
         if (work.picture_size && task_.made_of)
@@ -240,28 +241,7 @@ public:
         if (work.kept)
             return;
         const Stopwatch watch(work.times.write);
-        const Job& frame = work.frame;
-        const bool is_cut = work.windows != frame.windows;
-        for (std::size_t i = 0; i < task_.outputs.size() && (is_cut || has_overscan(work.windows)); ++i) {
-            Made& result = work.results[i];
-            if (is_cut) {
-                result.part = work.windows.data - frame.windows.data.tl();
-                result.image = result.image(*result.part).clone();
-            }
-            fit(result.image, work.windows, frame.outputs[i], task_.outputs[i].product.kind);
-            result.size = result.image.size();
-        }
-        if (!work.doubtful_values)
-            warn(work, frame.input, png_doubts(task_, frame, work.results));
-        for (std::size_t i = 0; i < task_.outputs.size(); ++i)
-            warn(work, frame.outputs[i], metadata_doubts(frame.outputs[i], work.results[i]));
-        prepare_folders(task_, frame);
-        std::vector<ImageFile> files = files_of(task_, frame, work.results, work.source);
-        if (task_.output == standard_stream) {
-            work.raw = io::raw_bytes(files.front(), result_format(task_));
-            files.erase(files.begin());
-        }
-        io::write_images_and(files, records_ ? records_->file_of(work.record, frame) : io::LastFile{});
+        write_results(task_, records_ ? &*records_ : nullptr, work);
     }
 
     // The bytes of the images that an input holds until it is written: of what was read, of its results and of their files.
@@ -293,7 +273,7 @@ public:
     }
 
 private:
-    bool is_relative() const { return task_.relative.order.has_value(); }
+    bool is_relative() const { return task_.relative.has_value(); }
 
     // Asks for the times of what the input is read from before it is read: a file that changes meanwhile has another one next time.
     bool is_finished(Work& work) const {
@@ -417,12 +397,12 @@ private:
         }
         const Look& look = work.examined->subject.look;
         const auto end = [&](float z) { return look.surfaces() > 0 ? json_number(z) : nlohmann::ordered_json(); };
-        work.held = {work.depth.channel,
-                     in_words(look, has_plane_in_focus(work.seen) ? "z" : "distance"),
-                     {{"nearest", end(look.nearest)},
-                      {"farthest", end(look.farthest)},
-                      {"background", look.background},
-                      {"invalid", look.invalid}}};
+        work.depth_channel = work.depth.channel;
+        work.depth_words = in_words(look, has_plane_in_focus(work.seen) ? "z" : "distance");
+        work.depth_members = {{"nearest", end(look.nearest)},
+                              {"farthest", end(look.farthest)},
+                              {"background", look.background},
+                              {"invalid", look.invalid}};
         work.examined->value_doubts = doubts(work.examined->subject);
         if (const auto refused = refusal(work.examined->subject))
             throw Error(work.invalid && look.invalid == look.pixels ? nothing_left(task_) : *refused);
@@ -441,21 +421,12 @@ private:
                                 (task_.made_of ? job.companions[*task_.made_of] : job.input).native()));
     }
 
-    void warn(Work& work, const std::filesystem::path& subject, const std::vector<std::string>& said) const {
-        for (const std::string& doubt : said) {
-            const std::string line = fmt::format("{}: {}", subject.native(), doubt);
-            if (task_.strict)
-                throw Error(line);
-            work.frame.said.push_back("warning: " + line);
-        }
-    }
-
     // A camera's mistake is told once for all inputs, and the same of all frames of a pipe once. Gives whether there is one.
     bool warn_once(Work& work, const std::filesystem::path& subject, const std::vector<std::string>& said) {
         for (const std::string& doubt : said)
             if (const bool is_own = subject == work.frame.input, is_piped = !work.frame.frames.empty();
                 task_.strict || (is_own && !is_piped) || told_.insert((is_own ? "" : subject.native()) + doubt).second)
-                warn(work, subject, {doubt});
+                warn(task_, work, subject, {doubt});
         return !said.empty();
     }
 
@@ -481,7 +452,7 @@ std::future<void> read_ahead(const DepthOptions& options, const Steps& steps, co
 // Tells once what is wrong with the cameras of all inputs.
 void check_cameras(const DepthOptions& options, const std::vector<Job>& jobs) {
     try {
-        if (!options.relative.order)
+        if (!options.relative)
             options.camera.read();
     } catch (const Error& error) {
         std::ranges::for_each(jobs, [&](const Job& job) { announce_failure(options.report, job, error.what()); });

@@ -109,34 +109,22 @@ void CameraOption::first_for(const std::function<void(const ImportedCamera&)>& u
 }
 
 ImportedCamera CameraOption::read() const {
-    std::vector<Input> depths = inputs();
     if (file.empty() && (!image.empty() || !node.empty() || undistorted))
         throw UsageError("--image, --node and --undistorted: choose from a file; give it with --camera");
-    if (!given()) {
-        std::exception_ptr unanswered;
-        std::erase_if(depths, [&](const Input& depth) {
-            try {
-                return !io::exr_has_camera(depth.file);
-            } catch (const io::UnansweredRead&) { // is told when the turn of this input comes, if there is another one
-                unanswered = std::current_exception();
-                return true;
-            }
-        });
-        if (unanswered && depths.empty())
-            std::rethrow_exception(unanswered);
-        if (depths.empty())
-            throw UsageError(
-                std::string("--camera: missing; give a camera file or --preset with the source of the depth "
-                            "(fathom presets lists them)") +
-                (or_relative ? ", or --relative for depth without a unit" : ""));
-    }
-    for (std::size_t i = 0; i + 1 < depths.size(); ++i) {
+    std::exception_ptr failure;
+    for (const Input& depth : inputs()) {
         try {
-            return read_for(depths[i]);
-        } catch (const Error&) { // is told when the turn of this input comes
+            if (given() || io::exr_has_camera(depth.file))
+                return read_for(depth);
+        } catch (const Error&) { // is told when the turn of this input comes, if there is another one
+            failure = std::current_exception();
         }
     }
-    return read_for(depths.back());
+    if (failure)
+        std::rethrow_exception(failure);
+    throw UsageError(std::string("--camera: missing; give a camera file or --preset with the source of the depth "
+                                 "(fathom presets lists them)") +
+                     (or_relative ? ", or --relative for depth without a unit" : ""));
 }
 
 void DeviceOption::prepare(std::size_t memory) const {

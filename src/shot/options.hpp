@@ -23,9 +23,6 @@ using namespace terminal;
 using sequence::Frame;
 using terminal::number;
 
-/// What becomes of a frame whose depth, or another file of its own, is not there.
-enum class Missing { error, skip };
-
 /// A depth image to read.
 struct Input {
     std::string file;
@@ -35,15 +32,6 @@ struct Input {
 
 /// The name of standard input, and of standard output.
 inline constexpr const char* standard_stream = "-";
-
-/// What is said of raw frames in pipes.
-struct PipeOptions {
-    std::optional<cv::Size> size;                 ///< of all of them
-    const io::RawFormat* depth = io::raw_formats; ///< of those that are depth
-};
-
-/// Is this the name of a pipe: "-", or, where the size of frames is given, something that delivers bytes and is no file?
-bool is_pipe(const std::string& name, const PipeOptions& pipes);
 
 /// The end of the names of pictures that `fathom show` made.
 inline constexpr const char* show_ending = ".show.png";
@@ -57,18 +45,22 @@ class Inputs {
 public:
     std::vector<std::string> arguments;
     std::optional<std::vector<Frame>> frames; ///< of the patterns; none: those that are there
-    Missing missing = Missing::error;
-    PipeOptions pipes;
+    bool skip_missing = false;         ///< is a frame left out whose depth, or another file of its own, is not there?
+    std::optional<cv::Size> pipe_size; ///< of the raw frames in pipes
+    const io::RawFormat* pipe_format = io::raw_formats; ///< of those that are depth
 
     /// All of them, those that are missing, too. Looked for once, by the first call.
     /// Throws: Error for an argument that stands for no file, and UsageError for frames of what is no sequence.
     const std::vector<Input>& all() const;
 
+    /// Is this the name of a pipe: "-", or, where the size of frames is given, something that delivers bytes and is no file?
+    bool is_pipe(const std::string& name) const;
+
     /// Are they the frames of a pipe? `all` is then the first one.
-    bool is_piped() const { return arguments.size() == 1 && is_pipe(arguments.front(), pipes); }
+    bool is_piped() const { return arguments.size() == 1 && is_pipe(arguments.front()); }
 
     /// Is there more than a single file that was named itself?
-    bool is_sequence() const;
+    bool is_sequence() const { return all().size() > 1 || !there_.empty() || is_piped(); }
 
     /// The files of a shot, whichever frames were asked for, and which inputs are frames of it.
     struct Shot {
@@ -193,12 +185,6 @@ struct Animation {
     std::function<void(const std::string&)> give; ///< gives the option a value
 };
 
-/// Depth without a unit, see fathom/relative.hpp.
-struct RelativeSource {
-    std::optional<RelativeOrder> order; ///< none: the depth has a camera
-    RelativeOptions options;
-};
-
 /// What a file holds that an operation makes of a depth image.
 struct Product {
     std::vector<std::string> extensions;  ///< types it can be written as, the default first
@@ -243,8 +229,10 @@ struct DepthOptions {
     std::vector<Animation> animations;
     bool interpolate = false; ///< are frames between those of an animation filled?
     CameraOption camera;
-    RelativeSource relative; ///< of commands that take it
-    PictureOptions picture;  ///< the same
+    std::optional<RelativeOrder>
+        relative; ///< of depth without a unit, see fathom/relative.hpp; none: the depth has a camera
+    RelativeOptions relative_options; ///< of such depth
+    PictureOptions picture;           ///< of commands that take it
     std::string output;
     std::string format; ///< extension of the results in a folder, with its dot; empty: .exr
     std::string channel;

@@ -29,10 +29,6 @@ const std::vector<Input>& Inputs::all() const {
     return all_;
 }
 
-bool Inputs::is_sequence() const {
-    return all().size() > 1 || !there_.empty() || is_piped();
-}
-
 std::vector<Inputs::Shot> Inputs::shots() const {
     using Alike = std::pair<std::optional<std::size_t>, std::string>; // the source, and the names
     std::map<Alike, std::vector<std::size_t>> found;
@@ -70,7 +66,7 @@ void Inputs::add(const std::string& argument) const {
         add_sequence(*pattern, files);
     } else if (sequence::has_glob(argument) && !io::is_there(argument)) {
         add_files(argument, sequence::matching_files(argument));
-    } else if (is_pipe(argument, pipes)) {
+    } else if (is_pipe(argument)) {
         if (frames || arguments.size() > 1)
             throw UsageError(frames ? "--frames: a pipe has the frames that come, from 1 on; leave it out"
                                     : argument + ": is a pipe, beside which there can be no other depth");
@@ -280,12 +276,31 @@ void refuse_replacing(const std::vector<Job>& jobs) {
                 throw UsageError(output.native() + ": is one of the files to read; write elsewhere");
 }
 
-// The image in a folder that is named like this input, with any extension that images have; none if there is none.
-fs::path image_like(const fs::path& folder, const fs::path& input) {
+// The file of an input's companion. If there is none, the name that it should have: reading that reports the missing file.
+// Throws: UsageError where several inputs would share one, and where a pattern needs a frame that the input has not.
+fs::path companion_of(const DepthOptions& options, const Companion& companion, const Input& input) {
+    if (companion.source.empty())
+        throw UsageError(companion.option + ": the name is empty; give a file or a folder");
+    if (options.inputs.is_pipe(companion.source))
+        return companion.source;
+    if (options.inputs.is_piped() && !pattern_in(companion.source))
+        throw UsageError(fmt::format("{}: '{}' does not say which of a pipe's frames it belongs to; give a name with "
+                                     "####, or a pipe",
+                                     companion.option, companion.source));
+    if (!io::is_folder(companion.source)) {
+        if (const auto pattern = pattern_in(companion.source))
+            return named(*pattern, companion.option, input);
+        if (options.inputs.all().size() > 1)
+            throw UsageError(
+                fmt::format("{}: '{}' is no folder, and {} inputs need one, in which each finds its own name",
+                            companion.option, companion.source, options.inputs.all().size()));
+        return companion.source;
+    }
+    const fs::path like = fs::path(companion.source) / fs::path(input.file).stem();
     for (const char* extension : {".exr", ".tif", ".tiff", ".pfm", ".npy", ".png", ".jpg", ".jpeg", ".hdr"})
-        if (fs::path file = folder / input.stem().concat(extension); io::is_there(file))
+        if (fs::path file = fs::path(like).concat(extension); io::is_there(file))
             return file;
-    return {};
+    return fs::path(like).concat(".exr");
 }
 
 using Ends = std::optional<std::array<double, 2>>;
@@ -337,28 +352,6 @@ bool has_overscan(const Windows& windows) {
     return windows.data != cv::Rect({0, 0}, windows.display);
 }
 
-fs::path companion_of(const DepthOptions& options, const Companion& companion, const Input& input) {
-    if (companion.source.empty())
-        throw UsageError(companion.option + ": the name is empty; give a file or a folder");
-    if (is_pipe(companion.source, options.inputs.pipes))
-        return companion.source;
-    if (options.inputs.is_piped() && !pattern_in(companion.source))
-        throw UsageError(fmt::format("{}: '{}' does not say which of a pipe's frames it belongs to; give a name with "
-                                     "####, or a pipe",
-                                     companion.option, companion.source));
-    if (!io::is_folder(companion.source)) {
-        if (const auto pattern = pattern_in(companion.source))
-            return named(*pattern, companion.option, input);
-        if (options.inputs.all().size() > 1)
-            throw UsageError(
-                fmt::format("{}: '{}' is no folder, and {} inputs need one, in which each finds its own name",
-                            companion.option, companion.source, options.inputs.all().size()));
-        return companion.source;
-    }
-    const fs::path file = image_like(companion.source, input.file);
-    return file.empty() ? fs::path(companion.source) / fs::path(input.file).stem().concat(".exr") : file;
-}
-
 Job plan_frame(const DepthOptions& options, const Input& input) {
     Job job;
     job.input = input.file;
@@ -371,7 +364,7 @@ Job plan_frame(const DepthOptions& options, const Input& input) {
                                                     : options.camera.file_for(input);
     if (job.in_sequence && job.frame && !options.inputs.is_piped())
         job.missing = first_missing(options, job);
-    job.left_out = !job.missing.empty() && options.inputs.missing == Missing::skip;
+    job.left_out = !job.missing.empty() && options.inputs.skip_missing;
     if (!job.missing.empty())
         return job;
     for (const Animation& animation : options.animations)
@@ -426,7 +419,7 @@ void prepare_folders(const DepthOptions& options, const Job& job) {
 }
 
 std::vector<std::string> find_ranges(const DepthOptions& options, std::vector<Job>& jobs) {
-    if (!options.relative.order || options.relative.options.range)
+    if (!options.relative || options.relative_options.range)
         return {};
     std::vector<std::string> said;
     for (const auto& [files, inputs] : options.inputs.shots()) {

@@ -58,6 +58,9 @@ void find_source(const DepthOptions& options, Work& work) {
     work.windows = {both, picture.display};
 }
 
+namespace {
+
+// A file that has no windows gets the pixels of the display window. So it does not depend on where a renderer had pixels.
 void fit(cv::Mat& image, const Windows& windows, const std::filesystem::path& file, ImageKind kind) {
     const std::string extension = extension_of(file);
     if (extension == ".exr" || extension == ".ply" || image.size() != windows.data.size())
@@ -69,6 +72,8 @@ void fit(cv::Mat& image, const Windows& windows, const std::filesystem::path& fi
     image = whole;
 }
 
+// The files of a job's results, in the order of the outputs.
+// Throws: Error for a result of another size that is to be appended.
 std::vector<ImageFile> files_of(const DepthOptions& options, const Job& job, const std::vector<Made>& results,
                                 const std::optional<ExrSource>& source) {
     std::vector<ImageFile> images;
@@ -101,6 +106,7 @@ std::vector<ImageFile> files_of(const DepthOptions& options, const Job& job, con
     return images;
 }
 
+// A --png-scale that cuts values off, or leaves only a few codes to them.
 std::vector<std::string> png_doubts(const DepthOptions& options, const Job& job, const std::vector<Made>& results) {
     constexpr double many_cut = 0.01, few_codes = 64;
     std::vector<std::string> said;
@@ -127,6 +133,7 @@ std::vector<std::string> png_doubts(const DepthOptions& options, const Job& job,
     return said;
 }
 
+// A result that cannot hold what goes with the picture it is made of.
 std::vector<std::string> metadata_doubts(const std::filesystem::path& file, const Made& result) {
     if (!result.format)
         return {};
@@ -143,6 +150,43 @@ std::vector<std::string> metadata_doubts(const std::filesystem::path& file, cons
                                    "dull; convert the picture to linear sRGB first, or write an .exr",
                                    result.format->primaries));
     return said;
+}
+
+} // namespace
+
+void warn(const DepthOptions& options, Work& work, const std::filesystem::path& subject,
+          const std::vector<std::string>& said) {
+    for (const std::string& doubt : said) {
+        const std::string line = fmt::format("{}: {}", subject.native(), doubt);
+        if (options.strict)
+            throw Error(line);
+        work.frame.said.push_back("warning: " + line);
+    }
+}
+
+void write_results(const DepthOptions& options, const Records* records, Work& work) {
+    const Job& frame = work.frame;
+    const bool is_cut = work.windows != frame.windows;
+    for (std::size_t i = 0; i < options.outputs.size() && (is_cut || has_overscan(work.windows)); ++i) {
+        Made& result = work.results[i];
+        if (is_cut) {
+            result.part = work.windows.data - frame.windows.data.tl();
+            result.image = result.image(*result.part).clone();
+        }
+        fit(result.image, work.windows, frame.outputs[i], options.outputs[i].product.kind);
+        result.size = result.image.size();
+    }
+    if (!work.doubtful_values)
+        warn(options, work, frame.input, png_doubts(options, frame, work.results));
+    for (std::size_t i = 0; i < options.outputs.size(); ++i)
+        warn(options, work, frame.outputs[i], metadata_doubts(frame.outputs[i], work.results[i]));
+    prepare_folders(options, frame);
+    std::vector<ImageFile> files = files_of(options, frame, work.results, work.source);
+    if (options.output == standard_stream) {
+        work.raw = io::raw_bytes(files.front(), result_format(options));
+        files.erase(files.begin());
+    }
+    io::write_images_and(files, records ? records->file_of(work.record, frame) : io::LastFile{});
 }
 
 } // namespace fathom::shot

@@ -53,10 +53,6 @@ bool has_overscan(const Windows& windows);
 
 using io::extension_of; // as `Product::extensions` has it
 
-/// The file of an input's companion. If there is none, the name that it should have: reading that reports the missing file.
-/// Throws: UsageError where several inputs would share one, and where a pattern needs a frame that the input has not.
-std::filesystem::path companion_of(const DepthOptions& options, const Companion& companion, const Input& input);
-
 /// Decides where everything lies, before anything is read or written.
 /// A target is a folder when it is one, when it ends with a slash, or when there are several inputs; a result is then
 /// <folder>/<name of the input without its extension><format>. With several inputs, or a sequence, a name with a place for

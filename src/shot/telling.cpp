@@ -77,13 +77,6 @@ std::filesystem::path record_of(const Job& job) {
     return job.outputs.front().native() + record_ending;
 }
 
-// An option as a key of JSON: bent_normal for --bent-normal.
-std::string key_of(const std::string& option) {
-    std::string key = option.substr(option.find_first_not_of('-'));
-    std::replace(key.begin(), key.end(), '-', '_');
-    return key;
-}
-
 // The files of an input for --json and --log, and its frame.
 ordered_json files_in_json(const DepthOptions& options, const Job& job, bool has_results) {
     ordered_json line{{"input", job.shown(job.input)}};
@@ -91,8 +84,11 @@ ordered_json files_in_json(const DepthOptions& options, const Job& job, bool has
         line["output"] = job.outputs.front().native();
     if (job.in_sequence && job.frame)
         line["frame"] = *job.frame;
-    for (std::size_t i = 1; has_results && i < job.outputs.size(); ++i)
-        line[key_of(options.outputs[i].option)] = job.outputs[i].native();
+    for (std::size_t i = 1; has_results && i < job.outputs.size(); ++i) {
+        std::string key = options.outputs[i].option.substr(2); // bent_normal for --bent-normal
+        std::ranges::replace(key, '-', '_');
+        line[key] = job.outputs[i].native();
+    }
     return line;
 }
 
@@ -120,9 +116,9 @@ ordered_json line_of(const DepthOptions& options, const Work& work) {
                  {"height", made.size.height},
                  {"channels", channels_of(options.outputs.front().product, made.image)}});
     line.update(times_in_json(work.times));
-    if (!work.held.channel.empty())
-        line["depth_channel"] = work.held.channel;
-    line.update(work.held.members);
+    if (!work.depth_channel.empty())
+        line["depth_channel"] = work.depth_channel;
+    line.update(work.depth_members);
     if (job.range)
         line["relative_range"] = *job.range;
     if (const auto format = written_format(job, made)) {
@@ -163,10 +159,9 @@ std::string result_in_words(const Work& work) {
                                 : format->bits == 32
                                     ? "  linear floats"
                                     : fmt::format("  {}, {} bits", to_string(format->encoding), format->bits);
-    const Held& depth = work.held;
-    const std::string channel = depth.channel.empty() ? "" : io::printable(depth.channel) + ": ";
+    const std::string channel = work.depth_channel.empty() ? "" : io::printable(work.depth_channel) + ": ";
     return fmt::format("{}  {} × {}{}  {}{}  {:.0f} ms", line, made.size.width, made.size.height, picture, channel,
-                       depth.words, work.times.whole() * 1e3);
+                       work.depth_words, work.times.whole() * 1e3);
 }
 
 // What went wrong with an input, in a line.
@@ -180,7 +175,7 @@ std::string in_words(const std::exception_ptr& failure, const DepthOptions& opti
     } catch (const ImageTooLarge& error) {
         return about(job.input, error.what() + std::string("; crop it or split it"));
     } catch (const std::invalid_argument& error) { // a field of the camera
-        return about(options.relative.order ? job.input : job.camera_name, error.what(), {job.input});
+        return about(options.relative ? job.input : job.camera_name, error.what(), {job.input});
     } catch (const std::exception& error) {
         std::vector<std::filesystem::path> others = job.companions;
         others.insert(others.end(), job.outputs.begin(), job.outputs.end());

@@ -21,12 +21,6 @@ struct Times {
     double whole() const { return read + compute + write; }
 };
 
-/// What the depth holds, for the line about a result and for --json.
-struct Held {
-    std::string channel, words;
-    nlohmann::ordered_json members;
-};
-
 /// What was found in an input. It goes when the input is computed.
 struct Examined {
     StoredDepth stored;
@@ -51,7 +45,8 @@ struct Work {
     std::shared_future<std::vector<std::string>> option_doubts;
 
     std::optional<Examined> examined;
-    Held held;
+    std::string depth_channel, depth_words; ///< for the line about a result
+    nlohmann::ordered_json depth_members;   ///< for --json
     bool doubtful_values = false;
     std::optional<ExrSource> source;
     Windows windows; ///< of the results
@@ -79,20 +74,6 @@ std::vector<std::string> known_names(std::vector<std::string> channels, bool app
 /// of the depth, or less where the picture that they are made of has fewer pixels.
 void find_source(const DepthOptions& options, Work& work);
 
-/// A file that has no windows gets the pixels of the display window. So it does not depend on where a renderer had pixels.
-void fit(cv::Mat& image, const Windows& windows, const std::filesystem::path& file, ImageKind kind);
-
-/// The files of a job's results, in the order of the outputs.
-/// Throws: Error for a result of another size that is to be appended.
-std::vector<ImageFile> files_of(const DepthOptions& options, const Job& job, const std::vector<Made>& results,
-                                const std::optional<ExrSource>& source);
-
-/// A --png-scale that cuts values off, or leaves only a few codes to them.
-std::vector<std::string> png_doubts(const DepthOptions& options, const Job& job, const std::vector<Made>& results);
-
-/// A result that cannot hold what goes with the picture it is made of.
-std::vector<std::string> metadata_doubts(const std::filesystem::path& file, const Made& result);
-
 /// What makes the results of each frame: a line of JSON beside the first of them, OUT.fathom.json, with the sizes and times of all
 /// files. A frame whose line says what a run finds need not be made again.
 class Records {
@@ -113,6 +94,15 @@ private:
     const DepthOptions& options_;
     nlohmann::ordered_json common_; ///< of all frames
 };
+
+/// Says what is probably wrong with a file of an input.
+/// Throws: Error where that is to count as one.
+void warn(const DepthOptions& options, Work& work, const std::filesystem::path& subject,
+          const std::vector<std::string>& said);
+
+/// Writes what was made of an input: all images and the record, if there is one, or none.
+/// Throws: Error.
+void write_results(const DepthOptions& options, const Records* records, Work& work);
 
 /// What is said on stdout, which a log there has for itself.
 /// Throws: UsageError where two kinds of lines are to stand there.
@@ -148,29 +138,6 @@ private:
     bool is_log_complete_ = true; // has every line been written?
     Progress progress_;
     std::vector<std::string> failed_;
-};
-
-/// A frame of a pipe as a file in memory, which is read like any other.
-class FrameFile {
-public:
-    /// Throws: Error where there is no memory for it.
-    FrameFile(std::string name, const io::RawFormat& format, cv::Size size);
-    ~FrameFile();
-    FrameFile(const FrameFile&) = delete;
-    FrameFile& operator=(const FrameFile&) = delete;
-
-    const std::string& name() const { return name_; } ///< for messages
-    std::filesystem::path path() const;
-
-    /// Where its pixels belong.
-    std::span<unsigned char> pixels() const { return pixels_; }
-
-private:
-    std::string name_;
-    int number_;
-    void* mapped_ = nullptr;
-    std::size_t bytes_ = 0;
-    std::span<unsigned char> pixels_;
 };
 
 /// The pipes that a run reads: that of the depth, of a companion, or both. They have raw frames of one size, one after the other
