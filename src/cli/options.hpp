@@ -2,7 +2,7 @@
 
 #include "cli/program.hpp"
 #include "description/operations.hpp"
-#include "shot/options.hpp"
+#include "shot/shot.hpp"
 
 #include <CLI/CLI.hpp>
 
@@ -11,6 +11,7 @@
 namespace fathom::cli {
 
 using namespace shot;
+using nlohmann::ordered_json;
 
 /// Begins a line of an option's meaning. Others end where they are full.
 inline constexpr char new_line = '\v';

@@ -1,8 +1,7 @@
 // Where the cameras of the inputs come from; and the device of a run, and how many threads work beside it.
-#include "options.hpp"
+#include "shot.hpp"
 
 #include "camera/form.hpp"
-#include "camera_file/file.hpp"
 #include "camera_file/json_object.hpp"
 #include "io/cameras/camera_formats.hpp"
 #include "runtime/program.hpp"

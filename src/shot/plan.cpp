@@ -214,16 +214,6 @@ fs::path place(const DepthOptions& options, const Output& output, const Input& i
     return file;
 }
 
-// The first of these files that is not there; empty: all are.
-fs::path first_missing(const DepthOptions& options, const Job& job) {
-    std::vector<fs::path> files{job.input};
-    std::ranges::remove_copy(job.companions, std::back_inserter(files), standard_stream);
-    if (options.camera.is_pattern())
-        files.push_back(job.camera_name);
-    const auto missing = std::ranges::find_if(files, [](const fs::path& file) { return !io::is_there(file); });
-    return missing == files.end() ? fs::path() : *missing;
-}
-
 using Key = std::pair<const Frame, std::string>;
 
 // The value of a frame between two others: as far between theirs as the frame is. The option itself may refuse it, as one that
@@ -362,8 +352,15 @@ Job plan_frame(const DepthOptions& options, const Input& input) {
     job.camera_name = options.camera.of_headers()   ? input.file
                       : options.camera.file.empty() ? options.camera.name()
                                                     : options.camera.file_for(input);
-    if (job.in_sequence && job.frame && !options.inputs.is_piped())
-        job.missing = first_missing(options, job);
+    std::vector<fs::path> needed;
+    if (job.in_sequence && job.frame && !options.inputs.is_piped()) {
+        needed.push_back(job.input);
+        std::ranges::remove_copy(job.companions, std::back_inserter(needed), standard_stream);
+        if (options.camera.is_pattern())
+            needed.push_back(job.camera_name);
+    }
+    if (const auto missing = std::ranges::find_if_not(needed, io::is_there); missing != needed.end())
+        job.missing = *missing;
     job.left_out = !job.missing.empty() && options.inputs.skip_missing;
     if (!job.missing.empty())
         return job;

@@ -63,9 +63,6 @@ std::vector<std::string> find_ranges(const DepthOptions& options, std::vector<Jo
 /// What --ignore leaves out of relative depth, by the mask of an input.
 io::Ignored ignored_of(const DepthOptions& options, const std::filesystem::path& mask);
 
-/// The names of the channels that an image has: an alpha may be missing.
-std::vector<std::string> channels_of(const Product& product, const cv::Mat& image);
-
 /// Names that other programs know, beside a result's own in an EXR: a channel Y, which Blender and OpenCV open as a grey picture;
 /// or channels of a layer "Fathom" that Blender lists among others, each called layer.pass.letter.
 std::vector<std::string> known_names(std::vector<std::string> channels, bool append);

@@ -1,7 +1,6 @@
 // fathom camera
 #include "cli/options.hpp"
 #include "io/replace_files.hpp"
-#include "shot/shot.hpp"
 
 #include <fathom/error.hpp>
 

@@ -1,5 +1,4 @@
 // fathom inspect
-#include "camera_file/file.hpp"
 #include "cli/options.hpp"
 #include "io/cameras/camera_formats.hpp"
 #include "io/floats_on_host.hpp"
@@ -21,8 +20,6 @@
 
 namespace fathom::cli {
 namespace {
-
-using nlohmann::ordered_json;
 
 struct InspectArguments {
     std::string file;

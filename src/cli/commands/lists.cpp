@@ -36,23 +36,23 @@ Probed probed(const DeviceInfo& device) {
     }
 }
 
-nlohmann::ordered_json as_json(const Probed& probed) {
+ordered_json as_json(const Probed& probed) {
     if (!probed.arithmetic)
         return {{"error", probed.words}};
     const DeviceArithmetic& found = *probed.arithmetic;
-    nlohmann::ordered_json line{{"exact", found.exact()},
-                                {"division_ulp", found.division_ulp},
-                                {"sqrt_ulp", found.sqrt_ulp},
-                                {"fma_ulp", found.fma_ulp},
-                                {"separate_products", found.separate_products},
-                                {"denormals", found.denormals},
-                                {"signed_zeros", found.signed_zeros}};
+    ordered_json line{{"exact", found.exact()},
+                      {"division_ulp", found.division_ulp},
+                      {"sqrt_ulp", found.sqrt_ulp},
+                      {"fma_ulp", found.fma_ulp},
+                      {"separate_products", found.separate_products},
+                      {"denormals", found.denormals},
+                      {"signed_zeros", found.signed_zeros}};
     if (found.fp64)
         line["fp64"] = *found.fp64;
     return line;
 }
 
-nlohmann::ordered_json as_json(const DeviceInfo& device, int default_index) {
+ordered_json as_json(const DeviceInfo& device, int default_index) {
     return {{"index", device.index},
             {"name", device.name},
             {"platform", device.platform},
@@ -86,7 +86,7 @@ int list(bool json) {
     const int standard = Device::open().info().index;
     const std::vector<DeviceInfo> devices = list_devices();
     if (json) {
-        nlohmann::ordered_json all = nlohmann::ordered_json::array();
+        ordered_json all = ordered_json::array();
         for (const DeviceInfo& device : devices)
             all.push_back(as_json(device, standard));
         print_json(all);
@@ -103,7 +103,7 @@ std::function<int()> configure_devices(CLI::App& app) {
 }
 
 void print_operations(bool in_json) {
-    nlohmann::ordered_json json = nlohmann::ordered_json::array();
+    ordered_json json = ordered_json::array();
     const auto program = [](const description::Option& option) {
         const std::string value = value_spelled(option);
         return spelled(option) + (value.empty() ? "" : " " + value);
@@ -145,17 +145,17 @@ std::string needs_of(const Preset& preset) {
     return preset.usual.empty() ? needs : fmt::format("{} (usually {})", needs, preset.usual);
 }
 
-nlohmann::ordered_json as_json(const Preset& preset) {
-    nlohmann::ordered_json needs = nlohmann::ordered_json::object();
+ordered_json as_json(const Preset& preset) {
+    ordered_json needs = ordered_json::object();
     for (const auto& [key, meaning] : preset.needs)
         needs[key] = meaning;
     return {{"name", preset.name},
             {"source", preset.source},
             {"formula", preset.formula},
-            {"keys", nlohmann::ordered_json::parse(preset.keys)},
+            {"keys", ordered_json::parse(preset.keys)},
             {"needs", needs},
             {"projection", preset.projection},
-            {"usual", preset.usual.empty() ? nlohmann::ordered_json() : nlohmann::ordered_json(preset.usual)}};
+            {"usual", preset.usual.empty() ? ordered_json() : ordered_json(preset.usual)}};
 }
 
 void print_list() {
@@ -170,14 +170,14 @@ void print_list() {
 
 // The camera file to start from. A question mark is no number: a file that still has one is refused.
 std::string camera_file(const Preset& preset) {
-    nlohmann::ordered_json file{{"preset", preset.name}};
+    ordered_json file{{"preset", preset.name}};
     for (const auto& [key, meaning] : preset.needs)
         file[key] = "?";
     if (preset.projection == "fx")
         file["intrinsics"] = {{"fx", "?"}, {"fy", "?"}, {"cx", "?"}, {"cy", "?"}};
     else if (!preset.projection.empty())
-        file["perspective"] = {{preset.projection, preset.usual.empty() ? nlohmann::ordered_json("?")
-                                                                        : nlohmann::ordered_json::parse(preset.usual)}};
+        file["perspective"] = {
+            {preset.projection, preset.usual.empty() ? ordered_json("?") : ordered_json::parse(preset.usual)}};
     return file.dump(2);
 }
 
@@ -201,7 +201,7 @@ int list(const PresetsArguments& options) {
         throw UsageError(options.name + ": unknown preset; " +
                          did_you_mean(options.name, names, "fathom presets lists them"));
     if (options.json) {
-        nlohmann::ordered_json all = nlohmann::ordered_json::array();
+        ordered_json all = ordered_json::array();
         for (const Preset& preset : presets())
             if (!asked || &preset == asked)
                 all.push_back(as_json(preset));

@@ -1,7 +1,6 @@
 // fathom show
 #include "cli/options.hpp"
 #include "io/replace_files.hpp"
-#include "shot/shot.hpp"
 
 #include <fathom/error.hpp>
 
@@ -211,11 +210,11 @@ void announce(const ShowArguments& options, const Job& job, const Viewed& viewed
     const auto invalid = std::size_t(cv::countNonZero(viewed.invalid));
     const std::string output = job.outputs.front().native();
     if (options.json) {
-        nlohmann::ordered_json line{{"input", job.input.native()},
-                                    {"output", output},
-                                    {"shows", viewed.name},
-                                    {"invalid", invalid},
-                                    {"background", cv::countNonZero(viewed.background)}};
+        ordered_json line{{"input", job.input.native()},
+                          {"output", output},
+                          {"shows", viewed.name},
+                          {"invalid", invalid},
+                          {"background", cv::countNonZero(viewed.background)}};
         if (!viewed.values.empty())
             line.update({{"min", json_number(double{viewed.values.front()})},
                          {"max", json_number(double{viewed.values.back()})},
