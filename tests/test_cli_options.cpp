@@ -2,7 +2,7 @@
 // same ones. python/tests/test_options.py does so with Python's keywords. And the program's files hold what the library computes.
 #include "rendered_input.hpp"
 
-#include "cli/options/described.hpp"
+#include "cli/options.hpp"
 #include "description/operations.hpp"
 
 #include <fmt/format.h>

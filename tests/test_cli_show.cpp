@@ -190,6 +190,12 @@ TEST_CASE("show makes a picture of each frame that a name stands for") {
     for (const std::string& picture : frames("z.{:04}.show.png"))
         CHECK(fs::exists(folder / picture));
     CHECK_FALSE(fs::exists(folder / "z.0001.show.show.png"));
+    // Nor are they depth, or the records of --resume results.
+    check_done({"linearize", folder / "z.*", "--preset", "encoding=view-z,fov_x_deg=90", "--resume", "--quiet", "-o",
+                folder / "out/depth/"});
+    const Outcome beside = check_done({"show", folder / "out/depth/z.*", "--range", "0:9"});
+    CHECK(std::count(beside.out.begin(), beside.out.end(), '\n') == 3);
+    fs::remove_all(folder / "out/depth");
     check_refused({"show", folder / "z.####.exr", "-o", folder / "out/one.png"}, 2, "give a folder");
     check_refused({"show", folder / "nix.####.exr"}, 1, "nix.####.exr: no frame of this name is there");
     write(folder / "z.0002.exr", "damaged");

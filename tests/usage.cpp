@@ -1,6 +1,5 @@
 #include "program.hpp"
 
-#include "cli/command.hpp"
 #include "cli/program.hpp"
 
 namespace fathom::test {

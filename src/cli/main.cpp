@@ -1,12 +1,8 @@
 // The program `fathom`: its streams, its memory and its exit codes.
-#include "command.hpp"
 #include "program.hpp"
 
-#include "runtime/compiler.hpp"
 #include "runtime/pocl.hpp"
-#include "shot/telling.hpp"
-#include "terminal/exit.hpp"
-#include "terminal/messages.hpp"
+#include "shot/shot.hpp"
 
 #include <fathom/error.hpp>
 
@@ -16,7 +12,6 @@
 #include <cstdlib>
 #include <exception>
 #include <new>
-#include <string_view>
 #include <system_error>
 
 #include <unistd.h>
@@ -27,18 +22,13 @@
 
 namespace {
 
-using namespace fathom::cli;
-
-// Runs what the arguments ask for.
-int run(int argc, char** argv) {
-    Program program; // the options that the action reads
-    return program.parse(argc, argv)();
-}
+using namespace fathom::terminal;
 
 // Gives every end of a run its exit code, and every bad one its line.
 int guarded_run(int argc, char** argv) {
     try {
-        const int code = run(argc, argv);
+        fathom::cli::Program program; // the options that the action reads
+        const int code = program.parse(argc, argv)();
         check_output();
         return code;
     } catch (const UsageError& error) {
@@ -102,6 +92,6 @@ int main(int argc, char** argv) {
         fathom::runtime::remove_folder_of_process();
     });
     prepare_streams();
-    remember_command_line(argc, argv);
+    fathom::shot::remember_command_line(argc, argv);
     return guarded_run(argc, argv);
 }

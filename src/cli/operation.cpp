@@ -1,25 +1,22 @@
-// Commands of operations as their descriptions have them: options, images and results; and the methods that --max-error chooses.
+// Commands of operations as their descriptions have them: options, images and results; the lens, or the blur of relative depth in
+// its place; and the methods that --max-error chooses.
 #include "operation.hpp"
 
-#include "command.hpp"
-
-#include "cli/options/depth_options.hpp"
-#include "cli/options/described.hpp"
-#include "cli/options/images.hpp"
-#include "cli/options/lens.hpp"
+#include "camera/photograph.hpp"
+#include "cli/options.hpp"
+#include "description/lens.hpp"
+#include "doubts/lengths.hpp"
 #include "io/floats_on_host.hpp"
-#include "terminal/messages.hpp"
+#include "text.hpp"
 
 #include <fathom/cheapest.hpp>
+#include <fathom/dof.hpp>
 #include <fathom/error.hpp>
-#include <fathom/io.hpp>
+#include <fathom/linearize.hpp>
 
-#include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
-#include <optional>
-#include <stdexcept>
-#include <utility>
+#include <algorithm>
 
 namespace fathom::cli {
 namespace {
@@ -76,7 +73,197 @@ Product product_of(const description::Operation& operation, const description::R
     return product;
 }
 
+// Throws: Error where an image from another file is not of the depth's size.
+void check_same_size(const std::filesystem::path& file, cv::Size size, const Job& job) {
+    const auto& [width, height] = job.windows.data.size();
+    if (size.width != width || size.height != height)
+        throw Error(fmt::format("{}: is {} × {}, but {} is {} × {}; both must be of the same size", file.native(),
+                                size.width, size.height, job.input.native(), width, height));
+}
+
+// Throws: Error where another depth image does not lie where the depth does.
+void check_same_pixels(const std::filesystem::path& file, const DepthFile& other, const Job& job) {
+    check_same_size(file, other.values.size(), job);
+    if (other.windows != job.windows)
+        throw Error(fmt::format("{}: has other data and display windows than {}; write both with the same ones",
+                                file.native(), job.input.native()));
+}
+
+// Throws: Error where the ratio of width to height is not that of the depth, by more than a pixel of the smaller one.
+void check_same_view(const std::filesystem::path& file, cv::Size size, const Job& job) {
+    const cv::Size depth = job.windows.data.size();
+    if (!have_same_ratio(size.width, size.height, depth.width, depth.height))
+        throw Error(fmt::format("{}: is {} × {}, but {} is {} × {}; both must show the same, with the same ratio of "
+                                "width to height",
+                                file.native(), size.width, size.height, job.input.native(), depth.width, depth.height));
+}
+
+// Unit vectors as a file of this name holds them: in a .png ½n + ½ would make grey of (0, 0, 0), which is none, so it
+// becomes NaN, which is black there.
+cv::Mat directions_for(const std::filesystem::path& file, cv::Mat directions) {
+    if (extension_of(file) == ".png")
+        for (int y = 0; y < directions.rows; ++y)
+            for (int x = 0; x < directions.cols; ++x)
+                if (auto& n = directions.at<cv::Vec3f>(y, x); n == cv::Vec3f(0, 0, 0))
+                    n = cv::Vec3f::all(std::numeric_limits<float>::quiet_NaN());
+    return directions;
+}
+
+// The windows that the picture is to have: none where it has another size than the depth.
+std::optional<Windows> windows_for(const std::filesystem::path& file, const PictureOptions& options, const Job& job) {
+    if (!is_exr(file) || has_overscan(job.windows))
+        return job.windows;
+    const Windows held = io::exr_windows(file, color_channels(file, options.layer).front());
+    return held.display == job.windows.display ? std::optional(job.windows) : std::nullopt;
+}
+
+// Reads a picture of the depth's view, whose size may be another one.
+// Throws: Error for a file that is none, or one of another ratio of width to height.
+Picture read_color(const std::filesystem::path& file, const PictureOptions& options, const Job& job) {
+    Picture picture = read_picture(
+        file, {.layer = options.layer, .encoding = options.encoding, .windows = windows_for(file, options, job)});
+    check_same_view(file, picture.color.size(), job);
+    return picture;
+}
+
+// Throws: Error where two pictures of a view are not of one size, or where only one of them has an alpha.
+void check_same_channels(const std::filesystem::path& file, const Picture& other, const Picture& picture,
+                         const Job& job) {
+    if (other.color.size() != picture.color.size())
+        check_same_size(file, other.color.size(), job);
+    if (other.color.channels() != picture.color.channels())
+        throw Error(fmt::format("{}: has {} channels, but {} has {}; both must have an alpha, or none", file.native(),
+                                other.color.channels(), job.companions.front().native(), picture.color.channels()));
+}
+
+// Reads a length for each pixel, as CV_32F.
+// Throws: Error for integers, and for an image of another size.
+cv::Mat read_lengths(const std::filesystem::path& file, const Job& job) {
+    const DepthFile read = read_depth(file, {.overscan = has_overscan(job.windows)});
+    check_same_pixels(file, read, job);
+    if (read.storage != Storage::float32 && read.storage != Storage::float16)
+        throw Error(file.native() + ": holds integers, but a thickness is a float in scene units; save it as float");
+    cv::Mat lengths;
+    read.values.convertTo(lengths, CV_32F);
+    return lengths;
+}
+
+// A pixel of the display window as one of the image.
+LensArguments::Pixel pixel_in(const Windows& windows, const LensArguments::Pixel& pixel, const char* option) {
+    const auto& [data, display] = windows;
+    if (!data.contains({pixel.x, pixel.y}))
+        throw Error(fmt::format("{}: pixel {},{} lies outside the image of {}; the last one is {},{}", option, pixel.x,
+                                pixel.y, extent(data), data.br().x - 1, data.br().y - 1));
+    return {pixel.x - data.x, pixel.y - data.y};
+}
+
+// The lens for an image's own pixels and its part of the sensor.
+LensArguments within(const Windows& windows, LensArguments lens) {
+    if (lens.focus_along)
+        lens.focus_along->pixel = pixel_in(windows, lens.focus_along->pixel, "--focus-along");
+    if (lens.sensor_mm && windows.data.width != windows.display.width)
+        lens.sensor_mm = *lens.sensor_mm * windows.data.width / windows.display.width;
+    return lens;
+}
+
+// How messages name the program's options, and the camera.
+LensWords lens_words(const std::string& camera = "the camera") {
+    return {.camera = camera, .option = [](const std::string& option) { return spelled(option); }};
+}
+
+void complete(LensArguments& lens, const LensDefaults& defaults, const Projection& projection,
+              const std::string& camera) {
+    try {
+        lens = completed(lens, defaults, projection, lens_words(camera));
+    } catch (const std::invalid_argument& error) {
+        throw UsageError(error.what());
+    }
+}
+
+// The lens for an input whose own camera may complete it.
+LensArguments lens_of(LensArguments lens, const Job& job) {
+    if (job.camera)
+        complete(lens, job.camera->lens, job.camera->camera.projection, job.camera_name.native());
+    return lens;
+}
+
+// The depth of the surface at --focus-at.
+double depth_under(const LensArguments::Pixel& pixel, const StoredDepth& stored, const Windows& windows) {
+    const auto [x, y] = pixel_in(windows, pixel, "--focus-at");
+    try {
+        return depth_at(stored, x, y);
+    } catch (const std::invalid_argument&) {
+        throw Error(fmt::format("--focus-at: pixel {},{} is invalid; choose one that has a depth", pixel.x, pixel.y));
+    }
+}
+
+// Adds the options of the lens, of the circle instead of it, and of relative depth.
+void add_lens_options(CLI::App& app, LensArguments& lens, const description::Option& circle) {
+    const std::vector<description::Option>& options = description::operation<description::DofCall>().lens;
+    add_described_options(app, lens, options, "Lens");
+    add_described_options(
+        app, {circle},
+        [&lens](const description::Option&, const description::Value& value) {
+            const auto& its = std::get<CircleOfConfusion>(value);
+            lens.circle = {static_cast<double>(its.k), static_cast<double>(its.g)};
+        },
+        "Lens");
+    for (const description::Option& option : options)
+        if (description::is_of_relative(option))
+            app.get_option(spelled(option))->group("Relative depth");
+    for (const char* other : {"--camera", "--preset", "--image", "--node", "--undistorted", "--valid"})
+        app.get_option("--relative")->excludes(other);
+}
+
+// Takes what is read of relative depth from the lens, and what the lens lacks from the camera. Refuses relative depth without a
+// blur or a focus, and a lens that is still incomplete or impossible. Where each input has a camera of its own, that waits until
+// it is read.
+// Throws: UsageError, and Error for the camera file.
+void complete(LensArguments& lens, DepthOptions& options) {
+    options.relative = lens.relative;
+    if (lens.relative) {
+        options.relative_options = relative_options(lens);
+        return complete(lens, {}, relative_camera(1, 1, *lens.relative).projection, "the camera");
+    }
+    if (!options.camera.of_headers()) // shows early what all cameras lack
+        options.camera.first_for([&](const ImportedCamera& read) {
+            LensArguments of_first = lens;
+            complete(of_first, read.lens, read.camera.projection, options.camera.name());
+        });
+}
+
+// The circle of an input, whose own camera may complete the lens, and whose image gives the focus if the lens focuses on a pixel.
+// Pixels are counted in the display window, which the sensor has, too.
+// Throws: Error, for instance for a pixel without depth.
+CircleOfConfusion circle_of(const LensArguments& given, const StoredDepth& stored, const Job& job) {
+    if (given.circle)
+        return circle_for(given, stored);
+    LensArguments lens = within(job.windows, lens_of(given, job));
+    if (lens.focus_at && lens.relative) // all of whose pixels are the image's
+        depth_under(*lens.focus_at, stored, job.windows);
+    else if (const auto pixel = std::exchange(lens.focus_at, std::nullopt))
+        lens.focus = depth_under(*pixel, stored, job.windows);
+    try {
+        return circle_for(lens, stored);
+    } catch (const std::invalid_argument& error) { // of the lens, not of the camera file
+        throw Error(fmt::format("the lens does not fit: {}", error.what()));
+    }
+}
+
 } // namespace
+
+void add_picture_options(CLI::App& app, PictureOptions& options, const std::string& what, bool required) {
+    add_option(app, "Picture", "--color", "IMAGE", options.source,
+               what + ": EXR, JPEG, PNG, TIFF, HDR or PFM. It shows what the depth shows, which may have another size")
+        ->required(required);
+    add_option(app, "Picture", "--color-layer", "NAME", options.layer,
+               "EXR layer that holds the picture (default: R, G, B, or *.Combined, *.beauty, or the only one)");
+    add_raw_format_option(app, "--color-format", options.pixels, 3, "of a picture in a pipe");
+    add_enum_option(app, "Picture", "--color-space", options.encoding,
+                    {{"auto", std::nullopt}, {"linear", ColorEncoding::linear}, {"srgb", ColorEncoding::srgb}},
+                    "how the picture counts light. auto (default): JPEG and integers are sRGB unless the file says "
+                    "linear, floats are linear");
+}
 
 OperationTask::OperationTask(const description::Operation& operation)
     : operation_(operation), call_(operation.make(nullptr)) {
@@ -105,10 +292,19 @@ Product OperationTask::product() const {
 }
 
 void OperationTask::add_options(CLI::App& app) {
+    const auto add_file = [&](const char* group, const Option& option, const char* type, const std::string& words) {
+        const std::string name = spelled(option);
+        add_option(
+            app, group, name, type, [this, name](const std::string& file) { files_[name] = file; }, words);
+    };
     add_depth_options(app, *this, product());
     if (sharp_)
-        add_picture_options(app, picture, sharp_->words);
-    add_images(app);
+        add_picture_options(app, picture, sharp_->words, true);
+    for (const Option& option : operation_.options)
+        if (option.is_image() && &option != sharp_)
+            add_file(sharp_ ? "Picture" : "Input", option, option.kind == Kind::picture ? "IMAGE" : "FILE",
+                     option.words +
+                         std::string(picture_of(operation_, option) ? " (default: that of its picture's file)" : ""));
     if (circle_)
         add_lens_options(app, lens_, *circle_);
     std::vector<Option> own = operation_.options;
@@ -119,31 +315,16 @@ void OperationTask::add_options(CLI::App& app) {
     add_described_options(app, repair_, operation_.repair, operation_.group);
     for (const Option& option : operation_.options)
         if (option.kind == Kind::result && !spelled(option).empty())
-            add_option(app, "Output", spelled(option).c_str(), "FILE", file_for(option),
-                       fmt::format("also write {}", option.words));
+            add_file("Output", option, "FILE", fmt::format("also write {}", option.words));
     if (measured(operation_.name))
-        app.add_flag("--explain", explain_, "print on stderr what --max-error chose, and its error")
-            ->needs(app.get_option("--max-error"))
-            ->group(operation_.group);
+        add_flag(app, operation_.group, "--explain", explain_, "print on stderr what --max-error chose, and its error")
+            ->needs(app.get_option("--max-error"));
     camera.or_relative = circle_ != nullptr;
-}
-
-std::function<void(const std::string&)> OperationTask::file_for(const Option& option) {
-    return [this, name = spelled(option)](const std::string& file) { files_[name] = file; };
-}
-
-void OperationTask::add_images(CLI::App& app) {
-    for (const Option& option : operation_.options)
-        if (option.is_image() && &option != sharp_)
-            add_option(app, sharp_ ? "Picture" : "Input", spelled(option).c_str(),
-                       option.kind == Kind::picture ? "IMAGE" : "FILE", file_for(option),
-                       option.words +
-                           std::string(picture_of(operation_, option) ? " (default: that of its picture's file)" : ""));
 }
 
 void OperationTask::prepare() {
     if (circle_)
-        complete(lens_, relative, camera);
+        complete(lens_, *this);
     for (const Option& option : operation_.options)
         if (option.kind == Kind::result && has_file(spelled(option)))
             operation_.set(call_.get(), option, true);
@@ -184,11 +365,11 @@ Images OperationTask::read(const Job& job) const {
     Images images;
     std::size_t next = 0;
     if (has_picture())
-        images.picture = picture_of(job.companions[next++], picture, job);
+        images.picture = read_color(job.companions[next++], picture, job);
     for (const Option* const option : images_) {
         const std::filesystem::path& file = job.companions[next++];
         if (option->kind == Kind::picture) {
-            images.clean_plate = picture_of(file, picture, job);
+            images.clean_plate = read_color(file, picture, job);
             check_same_channels(file, images.clean_plate, images.picture, job);
         } else if (option->kind == Kind::directions) {
             images.normals = read_normals(file, {}, job.windows);
@@ -214,7 +395,21 @@ Images OperationTask::read(const Job& job) const {
 }
 
 std::vector<std::string> OperationTask::doubts(const Job& job) const {
-    return made_of ? picture_doubts(picture, job) : std::vector<std::string>{};
+    if (!made_of || picture.encoding != ColorEncoding::linear)
+        return {};
+    const std::filesystem::path& file = job.companions.front();
+    const PictureFormat format =
+        read_picture(file, {.layer = picture.layer, .windows = windows_for(file, picture, job)}).format;
+    if (format.bits != 8 || format.encoding == ColorEncoding::linear)
+        return {};
+    return {fmt::format("--color-space linear: {} holds 8 bits, which are sRGB where the file does not say otherwise; "
+                        "leave the option out",
+                        file.native())};
+}
+
+std::vector<std::string> OperationTask::blur_doubts(const StoredDepth& stored, const Job& job, const Subject& subject,
+                                                    Sky sky, double max_coc_px) const {
+    return lens_doubts(subject, lens_of(lens_, job), circle_of(lens_, stored, job), sky, max_coc_px, lens_words());
 }
 
 std::vector<Made> OperationTask::make(const StoredDepth& stored, Job& job) {
@@ -261,14 +456,6 @@ std::vector<Made> OperationTask::results(void* call, const StoredDepth& stored, 
             all.back().format = job.images.get().picture.format;
     }
     return all;
-}
-
-std::function<int()> configure_operation(CLI::App& app, const std::shared_ptr<OperationTask>& task) {
-    task->add_options(app);
-    return [task] {
-        task->prepare();
-        return each_depth(*task);
-    };
 }
 
 } // namespace fathom::cli

@@ -1,23 +1,17 @@
 #pragma once
 
-#include "cli/command.hpp"
+#include "cli/program.hpp"
 #include "description/operations.hpp"
-#include "shot/each_depth.hpp"
+#include "shot/shot.hpp"
 
 #include <fathom/lens_arguments.hpp>
 
-#include <functional>
-#include <map>
-#include <memory>
-#include <string>
-#include <string_view>
-#include <vector>
-
-namespace CLI {
-class App;
-} // namespace CLI
-
 namespace fathom::cli {
+
+using namespace shot;
+
+/// Adds --color and what says how it is read. `what` names the picture: "the sharp picture".
+void add_picture_options(CLI::App& app, PictureOptions& options, const std::string& what, bool required);
 
 /// The command of an operation as it is described: its options, its images and its results. What is peculiar to an operation
 /// overrides a step.
@@ -51,6 +45,10 @@ protected:
     /// Is an image or a result of this name asked for?
     bool has_file(std::string_view option) const { return files_.contains(std::string(option)); }
 
+    /// What is probably wrong with the blur of an image. Circles end at `max_coc_px`, which may be infinity.
+    std::vector<std::string> blur_doubts(const StoredDepth& stored, const Job& job, const Subject& subject, Sky sky,
+                                         double max_coc_px) const;
+
     const description::Operation& operation_;
     std::shared_ptr<void> call_; // with the options
     LensArguments lens_;         // that makes its circle
@@ -59,8 +57,6 @@ protected:
 
 private:
     void set(const description::Option& option, description::Value value);
-    void add_images(CLI::App& app);
-    std::function<void(const std::string&)> file_for(const description::Option& option);
     bool has_picture() const { return sharp_ || !picture.source.empty(); }
     std::vector<Made> results(void* call, const StoredDepth& stored, const Job& job) const;
 
@@ -76,16 +72,18 @@ class OwnTask : public OperationTask {
 public:
     OwnTask() : OperationTask(description::operation<Call>()) {}
 
+    std::vector<std::string> length_doubts(const StoredDepth& stored, const Subject& subject,
+                                           const Job& job) const override {
+        if constexpr (requires(const Call& call) { call.options.max_coc_px; })
+            return blur_doubts(stored, job, subject, call().options.sky, call().options.max_coc_px);
+        return {};
+    }
+
 protected:
     Call& call() const { return *static_cast<Call*>(call_.get()); }
 };
 
-/// Makes the command of a task.
-std::function<int()> configure_operation(CLI::App& app, const std::shared_ptr<OperationTask>& task);
-
-template <typename Own>
-std::function<int()> configure_own(CLI::App& app) {
-    return configure_operation(app, std::make_shared<Own>());
-}
+/// The command of an operation, as it is described but for what is peculiar to it.
+Command command_of(const description::Operation& operation);
 
 } // namespace fathom::cli

@@ -1,15 +1,11 @@
 // The command line of `fathom`: its commands, what the arguments ask for, `--help`, and what is said instead of it when the
 // arguments are wrong.
-#include "program.hpp"
 
-#include "command.hpp"
 #include "operation.hpp"
+#include "options.hpp"
 
-#include "cli/options/described.hpp"
 #include "description/check.hpp"
-#include "terminal/messages.hpp"
 
-#include <CLI/CLI.hpp>
 #include <fmt/core.h>
 #include <fmt/format.h>
 
@@ -17,9 +13,6 @@
 #include <exception>
 #include <set>
 #include <sstream>
-#include <string>
-#include <string_view>
-#include <vector>
 
 namespace fathom::cli {
 namespace {
@@ -27,10 +20,9 @@ namespace {
 // The words of a meaning in lines that end where an 80 columns wide terminal does.
 std::string below_each_other(const std::string& meaning, std::size_t most) {
     std::string text;
-    for (std::string line : CLI::detail::split(meaning, new_line)) {
+    for (const std::string& line : CLI::detail::split(meaning, new_line)) {
         text += text.empty() ? "" : "\n";
         std::size_t column = 0;
-        std::ranges::replace(line, '\n', ' ');
         for (const std::string& word : CLI::detail::split(line, ' ')) {
             const bool fits = column + 1 + word.size() <= most;
             text += column == 0 ? "" : fits ? " " : "\n";
@@ -108,8 +100,7 @@ std::vector<std::string> option_names(const CLI::App& command) {
 }
 
 std::string unknown(const std::string& kind, const std::string& name, const std::vector<std::string>& known) {
-    const std::string meant = nearest(name, known);
-    return name + ": unknown " + kind + "; " + (meant.empty() ? "try --help" : "did you mean " + meant + "?");
+    return name + ": unknown " + kind + "; " + did_you_mean(name, known, "try --help");
 }
 
 // What is wrong with the arguments, in one sentence; unknown names come with the nearest known one.
@@ -161,39 +152,24 @@ Program::Program()
     app_->require_subcommand(1);
     app_->footer("Example:\n  fathom linearize frame.exr --camera camera.json -o frame.z.exr\n\n" +
                  std::string(exit_codes));
-    const auto add = [&](const char* name, const char* summary, const char* notes, const auto& configure,
-                         const description::Operation* operation = nullptr) {
-        CLI::App* app = app_->add_subcommand(name, summary);
+    const auto add = [&](const Command& command, const description::Operation* operation) {
+        CLI::App* app = app_->add_subcommand(command.name, command.summary);
         app->set_help_flag("-h,--help", "print this help");
         if (operation)
             app->set_help_all_flag("--help-all", "also show the options that all operations share: of frames, files, "
                                                  "reports and devices");
-        app->footer(notes + std::string("\n\n") + exit_codes_in_short);
-        app->parse_complete_callback([this, app, operation, run = configure(*app)] {
+        app->footer(command.notes + std::string("\n\n") + exit_codes_in_short);
+        app->parse_complete_callback([this, app, operation, run = command.configure(*app)] {
             if (operation)
                 check_together(*app, *operation);
             action_ = run;
         });
     };
-    // In the order of `fathom --help`, behind the operations.
-    std::vector<const Command*> own{&unproject_command, &ssao_command,    &dof_masks_command, &dof_command,
-                                    &show_command,      &inspect_command, &camera_command,    &presets_command,
-                                    &options_command,   &devices_command};
-    for (const description::Operation& operation : description::operations()) {
-        const std::string name = spelled(operation.name).substr(2);
-        const auto command = std::ranges::find(own, name, &Command::name);
-        if (command != own.end()) {
-            add((*command)->name, (*command)->summary, (*command)->notes, (*command)->configure, &operation);
-            own.erase(command);
-        } else {
-            add(
-                name.c_str(), operation.summary, operation.notes,
-                [&](CLI::App& app) { return configure_operation(app, std::make_shared<OperationTask>(operation)); },
-                &operation);
-        }
-    }
-    for (const Command* command : own)
-        add(command->name, command->summary, command->notes, command->configure);
+    for (const description::Operation& operation : description::operations())
+        add(command_of(operation), &operation);
+    for (const Command* command :
+         {&show_command, &inspect_command, &camera_command, &presets_command, &options_command, &devices_command})
+        add(*command, nullptr);
 }
 
 Program::~Program() = default;
@@ -201,16 +177,12 @@ Program::~Program() = default;
 std::function<int()> Program::parse(int argc, const char* const* argv) {
     try {
         app_->parse(argc, argv);
-    } catch (const CLI::Success&) { // --help, --version
-        return [this, wanted = std::current_exception()] {
-            try {
-                std::rethrow_exception(wanted);
-            } catch (const CLI::Success& success) {
-                std::ostringstream said;
-                const int code = app_->exit(success, said, said);
-                fmt::print("{}", said.str()); // std::cout would forget why it could not be written
-                return code;
-            }
+    } catch (const CLI::Success& success) { // --help, --version
+        std::ostringstream said;
+        const int code = app_->exit(success, said, said);
+        return [code, said = said.str()] {
+            fmt::print("{}", said); // std::cout would forget why it could not be written
+            return code;
         };
     } catch (const CLI::ParseError& error) {
         throw UsageError(explain(*app_, error));

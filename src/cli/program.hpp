@@ -1,13 +1,30 @@
 #pragma once
 
+#include "terminal/terminal.hpp"
+
 #include <functional>
 #include <memory>
 
 namespace CLI {
 class App;
-}
+} // namespace CLI
 
 namespace fathom::cli {
+
+using namespace terminal;
+using terminal::number;
+
+/// One command of the program, which a file of commands/ defines.
+struct Command {
+    std::string name;
+    const char* summary; ///< one line, shown in the list of commands
+    const char* notes;   ///< shown below the options: an example, what is worth knowing
+
+    /// Adds the command's options; what it returns runs the command once they are parsed, and gives the exit code.
+    std::function<std::function<int()>(CLI::App& app)> configure;
+};
+
+extern const Command show_command, inspect_command, camera_command, presets_command, options_command, devices_command;
 
 /// The commands and options of `fathom`.
 class Program {

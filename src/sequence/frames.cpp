@@ -1,23 +1,29 @@
-// Frame ranges as fileseq 3.4 (github.com/justinfx/fileseq, class FrameSet) writes them, without its y and colons, and names of
-// frames, in which a number is written as there.
+// Frame ranges as fileseq 3.4 (github.com/justinfx/fileseq, class FrameSet) writes them, without its y and colons; names of frames,
+// in which a number is written as there; and values that change from frame to frame, from CSV (RFC 4180, and what spreadsheets make
+// of it) or JSON.
 #include "frames.hpp"
 
 #include "camera_file/file.hpp"
+#include "camera_file/json_object.hpp"
 #include "text.hpp"
 
 #include <algorithm>
+#include <array>
 #include <charconv>
+#include <cinttypes>
+#include <cstdio>
 #include <cstdlib>
 #include <regex>
 #include <span>
 #include <stdexcept>
 #include <unordered_set>
-#include <utility>
 
 #include <fnmatch.h>
 
 namespace fathom::sequence {
 namespace {
+
+namespace fs = std::filesystem;
 
 constexpr const char* form = "write frames as in 1-240, 1-240x2 or 7, with commas between them";
 
@@ -35,7 +41,152 @@ Frame number_of(std::string text) {
     return value;
 }
 
+bool is_figure(char c) {
+    return c >= '0' && c <= '9';
+}
+
+// A number of at least so many characters.
+std::string padded(Frame frame, int figures) {
+    std::array<char, 2 * most_figures> text{};
+    const int length = std::snprintf(text.data(), text.size(), "%0*" PRId64, figures, frame);
+    return {text.data(), static_cast<std::size_t>(length)};
+}
+
+// Where the file's own name begins.
+std::size_t name_in(std::string_view path) {
+    const std::size_t slash = path.rfind('/');
+    return slash == std::string_view::npos ? 0 : slash + 1;
+}
+
+// The files below a folder whose path goes on with these parts. glob() would leave out what a disk does not answer for.
+void collect_matching(const fs::path& folder, std::span<const fs::path> parts, std::vector<std::string>& files) {
+    if (parts.empty()) {
+        if (!io::is_folder(folder))
+            files.push_back(folder.native());
+        return;
+    }
+    const std::string& part = parts.front().native();
+    if (!has_glob(part)) {
+        if (io::is_there(folder / part))
+            collect_matching(folder / part, parts.subspan(1), files);
+        return;
+    }
+    for (const std::string& name : io::names_in(folder.empty() ? fs::path(".") : folder))
+        if (fnmatch(part.c_str(), name.c_str(), FNM_PERIOD) == 0)
+            collect_matching(folder / name, parts.subspan(1), files);
+}
+
+std::string_view trimmed(std::string_view text) {
+    const std::size_t first = text.find_first_not_of(" \t\r");
+    return first == std::string_view::npos ? "" : text.substr(first, text.find_last_not_of(" \t\r") - first + 1);
+}
+
+// The cells of a line.
+std::vector<std::string> cells_of(std::string_view line, char separator) {
+    std::vector<std::string> cells(1);
+    bool quoted = false;
+    for (std::size_t i = 0; i < line.size(); ++i) {
+        if (line[i] == '"' && quoted && i + 1 < line.size() && line[i + 1] == '"')
+            cells.back() += line[i++]; // two of them stand for one
+        else if (line[i] == '"')
+            quoted = !quoted;
+        else if (line[i] == separator && !quoted)
+            cells.emplace_back();
+        else
+            cells.back() += line[i];
+    }
+    for (std::string& cell : cells)
+        cell = trimmed(cell);
+    return cells;
+}
+
+// Which cell of a line holds what.
+struct Columns {
+    std::size_t frame = 0, value = 1, count = 2;
+};
+
+Columns columns_of(const std::filesystem::path& file, std::vector<std::string> names, const std::string& name) {
+    for (std::string& each : names)
+        std::ranges::replace(each, '_', '-');
+    const auto at = [&](const std::string& wanted) {
+        return static_cast<std::size_t>(std::ranges::find(names, wanted) - names.begin());
+    };
+    Columns columns{at("frame"), at(name), names.size()};
+    if (columns.frame == columns.count)
+        io::refuse(file, "its first line names no column \"frame\"; begin the file with frame," + name);
+    if (columns.value == columns.count) // which stands for any option
+        columns.value = at("value");
+    if (columns.value == columns.count)
+        io::refuse(file, text("its first line names no column \"", name, "\"; call the column of the values so"));
+    return columns;
+}
+
+std::map<Frame, std::string> from_csv(const std::filesystem::path& file, std::string_view bytes,
+                                      const std::string& name) {
+    std::map<Frame, std::string> values;
+    std::optional<char> separator;
+    Columns columns;
+    std::size_t number = 0;
+    for (std::size_t begin = 0, end = 0; begin < bytes.size(); begin = end + 1) {
+        end = std::min(bytes.find('\n', begin), bytes.size());
+        ++number;
+        const std::string_view line = trimmed(bytes.substr(begin, end - begin));
+        if (line.empty() || line.front() == '#')
+            continue;
+        const bool is_first = !separator;
+        if (is_first)
+            separator = line.find('\t') != line.npos ? '\t' : line.find(';') != line.npos ? ';' : ',';
+        const std::vector<std::string> cells = cells_of(line, *separator);
+        const std::optional<Frame> frame =
+            columns.frame < cells.size() ? number_in(cells[columns.frame]) : std::nullopt;
+        if (is_first && !frame) {
+            columns = columns_of(file, cells, name);
+            continue;
+        }
+        if (cells.size() != columns.count)
+            io::refuse(file, text("line ", number, " has ", cells.size(), cells.size() == 1 ? " cell" : " cells",
+                                  " instead of ", columns.count, "; put a value that holds '", *separator,
+                                  "' between quotation marks"));
+        if (!frame)
+            io::refuse(file, text("line ", number, ": '", cells[columns.frame], "' is no frame; it is a whole number"));
+        if (!values.emplace(*frame, cells[columns.value]).second)
+            io::refuse(file, text("line ", number, ": frame ", *frame, " is there twice; leave one of them out"));
+    }
+    return values;
+}
+
+std::string text_of(const nlohmann::json& value) {
+    if (value.is_string())
+        return value.get<std::string>();
+    if (!value.is_array())
+        return value.dump();
+    std::string list;
+    for (const nlohmann::json& each : value)
+        list += (list.empty() ? "" : ",") + text_of(each);
+    return list;
+}
+
+std::map<Frame, std::string> from_json(const std::filesystem::path& file, std::span<const unsigned char> bytes) {
+    std::map<Frame, std::string> values;
+    const nlohmann::json object = io::parsed_json(file, bytes);
+    for (const auto& [key, value] : object.items()) {
+        const std::optional<Frame> frame = number_in(key);
+        if (!frame)
+            io::refuse(file, text("'", key, "' is no frame; it is a whole number, as in {\"1\": 2.5}"));
+        if (!values.emplace(*frame, text_of(value)).second)
+            io::refuse(file, text("frame ", *frame, " is there twice; leave one of them out"));
+    }
+    return values;
+}
+
 } // namespace
+
+std::optional<Frame> number_in(std::string_view text) {
+    Frame value = 0;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+    const bool whole = error == std::errc() && end == text.data() + text.size();
+    return whole && std::abs(value) <= largest_frame ? std::optional(value) : std::nullopt;
+}
 
 std::vector<Frame> parse_frames(std::string_view range, std::size_t most) {
     constexpr std::size_t longest = 200; // of a part
@@ -69,38 +220,6 @@ std::vector<Frame> parse_frames(std::string_view range, std::size_t most) {
     }
     return frames;
 }
-
-namespace {
-
-namespace fs = std::filesystem;
-
-bool is_figure(char c) {
-    return c >= '0' && c <= '9';
-}
-
-// A number of at least so many characters, as printf's %0Nd writes it.
-std::string padded(Frame frame, int figures) {
-    std::string text = std::to_string(std::abs(frame));
-    const std::size_t wanted = static_cast<std::size_t>(figures) - (frame < 0 && figures > 0 ? 1 : 0);
-    if (text.size() < wanted)
-        text.insert(0, wanted - text.size(), '0');
-    return frame < 0 ? "-" + text : text;
-}
-
-std::optional<Frame> number_in(std::string_view text) {
-    Frame value = 0;
-    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-    const bool whole = error == std::errc() && end == text.data() + text.size();
-    return whole && std::abs(value) <= largest_frame ? std::optional(value) : std::nullopt;
-}
-
-// Where the file's own name begins.
-std::size_t name_in(std::string_view path) {
-    const std::size_t slash = path.rfind('/');
-    return slash == std::string_view::npos ? 0 : slash + 1;
-}
-
-} // namespace
 
 std::optional<FramePattern> FramePattern::in(const std::string& name) {
     FramePattern pattern;
@@ -196,55 +315,19 @@ std::string FramePattern::name(Frame frame) const {
     return name;
 }
 
-bool FramePattern::matches(std::string_view name, std::size_t token, std::optional<Frame>& frame) const {
-    const std::string before = literal(token);
-    if (!name.starts_with(before))
-        return false;
-    name.remove_prefix(before.size());
-    if (token == tokens_.size())
-        return name.empty();
-    std::size_t length = name.starts_with('-') ? 1 : 0;
-    while (length < name.size() && is_figure(name[length]))
-        ++length;
-    for (; length > 0; --length) { // figures may follow that are not the number's
-        std::optional<Frame> number = number_in(name.substr(0, length));
-        if (!number || (frame && *frame != *number) ||
-            padded(*number, tokens_[token].figures) != name.substr(0, length))
-            continue;
-        if (matches(name.substr(length), token + 1, number)) {
-            frame = number;
-            return true;
-        }
-    }
-    return false;
-}
-
 std::optional<Frame> FramePattern::frame(std::string_view name) const {
-    std::optional<Frame> frame;
-    return matches(name, 0, frame) ? frame : std::nullopt;
+    const std::string before = literal(0);
+    if (!name.starts_with(before))
+        return std::nullopt;
+    const std::string_view rest = name.substr(before.size());
+    std::size_t length = rest.starts_with('-') ? 1 : 0;
+    while (length < rest.size() && is_figure(rest[length]))
+        ++length;
+    for (; length > 0; --length) // figures may follow that are not the number's
+        if (const auto number = number_in(rest.substr(0, length)); number && this->name(*number) == name)
+            return number;
+    return std::nullopt;
 }
-
-namespace {
-
-// The files below a folder whose path goes on with these parts. glob() would leave out what a disk does not answer for.
-void collect_matching(const fs::path& folder, std::span<const fs::path> parts, std::vector<std::string>& files) {
-    if (parts.empty()) {
-        if (!io::is_folder(folder))
-            files.push_back(folder.native());
-        return;
-    }
-    const std::string& part = parts.front().native();
-    if (!has_glob(part)) {
-        if (io::is_there(folder / part))
-            collect_matching(folder / part, parts.subspan(1), files);
-        return;
-    }
-    for (const std::string& name : io::names_in(folder.empty() ? fs::path(".") : folder))
-        if (fnmatch(part.c_str(), name.c_str(), FNM_PERIOD) == 0)
-            collect_matching(folder / name, parts.subspan(1), files);
-}
-
-} // namespace
 
 std::vector<std::string> matching_files(const std::string& pattern) {
     std::vector<std::string> files;
@@ -291,6 +374,20 @@ std::vector<std::string> depth_files_in(const fs::path& folder) {
 
 bool has_glob(const std::string& name) {
     return name.find_first_of("*?[") != std::string::npos;
+}
+
+std::map<Frame, std::string> read_frame_values(const std::filesystem::path& file, const std::string& name) {
+    const io::Bytes bytes = io::read_file(file);
+    std::string_view characters(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+    if (characters.starts_with("\xEF\xBB\xBF"))
+        characters.remove_prefix(3);
+    const std::size_t first = characters.find_first_not_of(" \t\r\n");
+    const bool is_json = first != std::string_view::npos && characters[first] == '{';
+    std::map<Frame, std::string> values =
+        is_json ? from_json(file, std::span(bytes).last(characters.size())) : from_csv(file, characters, name);
+    if (values.empty())
+        io::refuse(file, "holds no frame; write a line for each, as in 1,2.5");
+    return values;
 }
 
 } // namespace fathom::sequence

@@ -19,6 +19,9 @@ inline constexpr Frame largest_frame = 999'999'999'999; ///< of either sign
 inline constexpr int most_figures = 12;                 ///< that it has
 inline constexpr std::size_t most_frames = 10'000'000;  ///< of a range, as in fileseq
 
+/// The frame that a text is.
+std::optional<Frame> number_in(std::string_view text);
+
 /// The frames that fileseq's FrameSet reads from a text, in its order and none twice: "1-10", "1-10x3" (every third), "10-1" and
 /// "-5--1", with commas between them. Blanks, # and @ between these are ignored. Unlike fileseq it refuses parts of frames (1.5),
 /// numbers with a blank in them, a range without frames, and what has y or a colon.
@@ -63,7 +66,6 @@ private:
     };
 
     std::string literal(std::size_t before) const; ///< the text between two tokens
-    bool matches(std::string_view name, std::size_t token, std::optional<Frame>& frame) const;
 
     std::string text_;
     std::vector<Token> tokens_;

@@ -1,14 +1,10 @@
 // Where the cameras of the inputs come from; and the device of a run, and how many threads work beside it.
-#include "options.hpp"
+#include "shot.hpp"
 
 #include "camera/form.hpp"
-#include "camera_file/file.hpp"
 #include "camera_file/json_object.hpp"
 #include "io/cameras/camera_formats.hpp"
-#include "io/formats.hpp"
-#include "sequence/frames.hpp"
-#include "telling.hpp" // what kernels there are
-#include "terminal/exit.hpp"
+#include "runtime/program.hpp"
 
 #include <fathom/error.hpp>
 #include <fathom/exr.hpp>
@@ -21,7 +17,6 @@
 
 #include <algorithm>
 #include <cstdlib>
-#include <stdexcept>
 #include <thread>
 
 namespace fathom::shot {
@@ -52,6 +47,10 @@ bool is_complete(const std::string& preset) {
     }
 }
 
+int cores() {
+    return std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+}
+
 } // namespace
 
 std::string CameraOption::name() const {
@@ -62,21 +61,13 @@ bool CameraOption::of_headers() const {
     return file.empty() && (preset.empty() || !is_complete(preset));
 }
 
-bool CameraOption::is_pattern() const {
-    return sequence::FramePattern::in(file) && !io::is_there(file);
-}
-
 std::string CameraOption::file_for(const Input& input) const {
-    if (!is_pattern())
-        return file;
-    if (!input.frame)
-        throw UsageError(input.file + ": its name holds no frame, which --camera " + file +
-                         " needs; give it a number, as in shot.0001.exr");
-    return sequence::FramePattern::in(file)->name(*input.frame);
+    const auto pattern = pattern_in(file);
+    return pattern ? named(*pattern, "--camera", input) : file;
 }
 
 std::vector<std::filesystem::path> CameraOption::files_for(const Input& input) const {
-    if (file.empty() || (of_headers() && io::exr_has_camera(input.file)))
+    if (file.empty())
         return {};
     const std::filesystem::path one = file_for(input);
     return io::is_colmap(one) ? io::colmap_files(one) : std::vector{one};
@@ -116,51 +107,24 @@ void CameraOption::first_for(const std::function<void(const ImportedCamera&)>& u
         std::rethrow_exception(lacking);
 }
 
-ImportedCamera CameraOption::read(std::vector<Input> depths) const {
+ImportedCamera CameraOption::read() const {
     if (file.empty() && (!image.empty() || !node.empty() || undistorted))
         throw UsageError("--image, --node and --undistorted: choose from a file; give it with --camera");
-    if (!given()) {
-        std::exception_ptr unanswered;
-        std::erase_if(depths, [&](const Input& depth) {
-            try {
-                return !io::exr_has_camera(depth.file);
-            } catch (const io::UnansweredRead&) { // is told when the turn of this input comes, if there is another one
-                unanswered = std::current_exception();
-                return true;
-            }
-        });
-        if (unanswered && depths.empty())
-            std::rethrow_exception(unanswered);
-        if (depths.empty())
-            throw UsageError(
-                std::string("--camera: missing; give a camera file or --preset with the source of the depth "
-                            "(fathom presets lists them)") +
-                (or_relative ? ", or --relative for depth without a unit" : ""));
-    }
-    for (std::size_t i = 0; i + 1 < depths.size(); ++i) {
+    std::exception_ptr failure;
+    for (const Input& depth : inputs()) {
         try {
-            return read_for(depths[i]);
-        } catch (const Error&) { // is told when the turn of this input comes
+            if (given() || io::exr_has_camera(depth.file))
+                return read_for(depth);
+        } catch (const Error&) { // is told when the turn of this input comes, if there is another one
+            failure = std::current_exception();
         }
     }
-    return read_for(depths.back());
+    if (failure)
+        std::rethrow_exception(failure);
+    throw UsageError(std::string("--camera: missing; give a camera file or --preset with the source of the depth "
+                                 "(fathom presets lists them)") +
+                     (or_relative ? ", or --relative for depth without a unit" : ""));
 }
-
-namespace {
-
-// Large images go back to the system when they are freed, in place of being kept for the next frame.
-void give_back_images() {
-#ifdef __GLIBC__
-    mallopt(M_MMAP_THRESHOLD, 32 << 20);
-    mallopt(M_MMAP_MAX, 65536);
-#endif
-}
-
-int cores() {
-    return std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
-}
-
-} // namespace
 
 void DeviceOption::prepare(std::size_t memory) const {
     if (threads > 0) {
@@ -169,11 +133,23 @@ void DeviceOption::prepare(std::size_t memory) const {
         setenv("POCL_CPU_MAX_CU_COUNT", count.c_str(), 1);  // PoCL from 5
     }
     runtime::compile_apart(kernels_hash()); // before there are threads that may hold a lock
-    if (memory > 0)
-        give_back_images();
+#ifdef __GLIBC__
+    if (memory >
+        0) { // large images go back to the system when they are freed, in place of being kept for the next frame
+        mallopt(M_MMAP_THRESHOLD, 32 << 20);
+        mallopt(M_MMAP_MAX, 65536);
+    }
+#endif
     set_exr_threads(threads);
     if (threads > 0) // oneTBB warns of more than there are
         cv::setNumThreads(std::min(threads, cores()));
+}
+
+std::string kernels_hash() {
+    std::string all;
+    for (const auto& [name, text] : fathom_kernel_files())
+        all.append(name).append(1, '\0').append(text).append(1, '\0');
+    return io::digest(all);
 }
 
 std::shared_mutex& vector_widths() {

@@ -1,9 +1,5 @@
 // Frames of pipes. Each becomes a file in memory with NumPy's header, so that every reader and every option takes it.
-#include "pipes.hpp"
-
-#include "camera_file/file.hpp"
-#include "terminal/exit.hpp"
-#include "terminal/messages.hpp"
+#include "work.hpp"
 
 #include <fathom/error.hpp>
 
@@ -14,7 +10,6 @@
 #include <csignal>
 #include <iterator>
 #include <new>
-#include <utility>
 
 #include <fcntl.h>
 #include <poll.h>
@@ -26,11 +21,6 @@ namespace fathom::shot {
 namespace {
 
 constexpr const char* input_name = "standard input";
-
-std::size_t bytes_of_frame(const io::RawFormat& format, cv::Size size) {
-    return static_cast<std::size_t>(size.width) * static_cast<std::size_t>(size.height) *
-           static_cast<std::size_t>(format.channels) * static_cast<std::size_t>(format.bits / 8);
-}
 
 // Of version 1: the magic, the length of what follows, and a dict that ends at a multiple of 64 bytes.
 std::string numpy_header(const io::RawFormat& format, cv::Size size) {
@@ -47,54 +37,60 @@ std::string numpy_header(const io::RawFormat& format, cv::Size size) {
            dict;
 }
 
-std::string formats_in_words(int channels) {
-    std::vector<std::string> names;
-    for (const io::RawFormat& format : io::raw_formats)
-        if (format.channels == channels)
-            names.emplace_back(format.name);
-    return one_of(names);
-}
-
 } // namespace
 
-bool is_pipe(const std::string& name, const PipeOptions& pipes) {
+bool Inputs::is_pipe(const std::string& name) const {
     struct stat status;
     return name == standard_stream ||
-           (pipes.size && ::stat(name.c_str(), &status) == 0 &&
+           (pipe_size && ::stat(name.c_str(), &status) == 0 &&
             (S_ISFIFO(status.st_mode) || S_ISSOCK(status.st_mode) || S_ISCHR(status.st_mode)));
 }
 
-FrameFile::FrameFile(std::string name, const io::RawFormat& format, cv::Size size)
-    : name_(std::move(name)), number_(::memfd_create("frame", MFD_CLOEXEC)) {
-    const std::string header = numpy_header(format, size);
-    bytes_ = header.size() + bytes_of_frame(format, size);
-    const bool sized = number_ >= 0 && ::ftruncate(number_, static_cast<off_t>(bytes_)) == 0;
-    mapped_ = sized ? ::mmap(nullptr, bytes_, PROT_READ | PROT_WRITE, MAP_SHARED, number_, 0) : MAP_FAILED;
-    if (mapped_ == MAP_FAILED) {
-        const int error = errno;
-        if (number_ >= 0)
-            ::close(number_);
-        throw Error(fmt::format("{}: there is no memory for {} bytes: {}", name_, bytes_, io::reason(error)));
+/// A frame of a pipe as a file in memory, which is read like any other.
+class FrameFile {
+public:
+    const std::string name; ///< for messages
+
+    /// Throws: Error where there is no memory for it.
+    FrameFile(std::string named, const io::RawFormat& format, cv::Size size)
+        : name(std::move(named)), number_(::memfd_create("frame", MFD_CLOEXEC)) {
+        const std::string header = numpy_header(format, size);
+        bytes_ = header.size() + static_cast<std::size_t>(size.width) * static_cast<std::size_t>(size.height) *
+                                     static_cast<std::size_t>(format.channels * format.bits / 8);
+        const bool sized = number_ >= 0 && ::ftruncate(number_, static_cast<off_t>(bytes_)) == 0;
+        mapped_ = sized ? ::mmap(nullptr, bytes_, PROT_READ | PROT_WRITE, MAP_SHARED, number_, 0) : MAP_FAILED;
+        if (mapped_ == MAP_FAILED) {
+            const int error = errno;
+            if (number_ >= 0)
+                ::close(number_);
+            throw Error(fmt::format("{}: there is no memory for {} bytes: {}", name, bytes_, io::reason(error)));
+        }
+        auto* const first = static_cast<unsigned char*>(mapped_);
+        std::ranges::copy(header, first);
+        pixels = {first + header.size(), first + bytes_};
     }
-    auto* const first = static_cast<unsigned char*>(mapped_);
-    std::ranges::copy(header, first);
-    pixels_ = {first + header.size(), first + bytes_};
-}
+    ~FrameFile() {
+        ::munmap(mapped_, bytes_);
+        ::close(number_);
+    }
+    FrameFile(const FrameFile&) = delete;
+    FrameFile& operator=(const FrameFile&) = delete;
 
-FrameFile::~FrameFile() {
-    ::munmap(mapped_, bytes_);
-    ::close(number_);
-}
+    std::filesystem::path path() const { return fmt::format("/proc/self/fd/{}", number_); }
 
-std::filesystem::path FrameFile::path() const {
-    return fmt::format("/proc/self/fd/{}", number_);
-}
+    std::span<unsigned char> pixels; ///< where they belong
+
+private:
+    int number_;
+    void* mapped_ = nullptr;
+    std::size_t bytes_ = 0;
+};
 
 std::string Job::shown(std::string words) const {
     for (const std::shared_ptr<FrameFile>& frame : frames) {
         const std::string path = frame->path();
-        for (std::size_t at = 0; (at = words.find(path, at)) != std::string::npos; at += frame->name().size())
-            words.replace(at, path.size(), frame->name());
+        for (std::size_t at = 0; (at = words.find(path, at)) != std::string::npos; at += frame->name.size())
+            words.replace(at, path.size(), frame->name);
     }
     return words;
 }
@@ -126,7 +122,7 @@ struct Pipes::Source {
 Pipes::Pipes(const DepthOptions& options) {
     const std::vector<Output>& outputs = options.outputs;
     const std::vector<Companion>& companions = options.companions;
-    const PipeOptions& pipes = options.inputs.pipes;
+    const Inputs& inputs = options.inputs;
     const auto add = [&](const std::string& argument, const io::RawFormat& format, std::ptrdiff_t companion) {
         if (argument == standard_stream &&
             std::ranges::any_of(sources_, [](const auto& other) { return other->argument == standard_stream; }))
@@ -134,11 +130,11 @@ Pipes::Pipes(const DepthOptions& options) {
         sources_.push_back(std::make_unique<Source>(
             Source{argument, argument == standard_stream ? input_name : argument, &format, companion}));
     };
-    of_depth_ = options.inputs.is_piped();
+    of_depth_ = inputs.is_piped();
     if (of_depth_)
-        add(options.inputs.arguments.front(), *pipes.depth, -1);
+        add(inputs.arguments.front(), *inputs.pipe_format, -1);
     for (std::size_t i = 0; i < companions.size(); ++i) {
-        if (!is_pipe(companions[i].source, pipes))
+        if (!inputs.is_pipe(companions[i].source))
             continue;
         if (!companions[i].pixels)
             throw UsageError(fmt::format("{}: {} is a pipe, which the depth and --color alone may be; give files",
@@ -147,14 +143,14 @@ Pipes::Pipes(const DepthOptions& options) {
     }
     const auto stdout_named = std::ranges::find(outputs, standard_stream, &Output::target);
     if (!any() && stdout_named == outputs.end()) {
-        if (pipes.size)
+        if (inputs.pipe_size)
             throw UsageError("--size: is that of a pipe's frames, and there is no pipe; leave it out");
         return;
     }
-    if (any() && !pipes.size)
+    if (any() && !inputs.pipe_size)
         throw UsageError(fmt::format("{}: raw frames do not say how large they are; give --size WIDTHxHEIGHT",
                                      sources_.front()->argument));
-    size_ = pipes.size.value_or(cv::Size());
+    size_ = inputs.pipe_size.value_or(cv::Size());
     for (std::size_t i = 0; i < outputs.size(); ++i)
         if (outputs[i].target == standard_stream && i > 0)
             throw UsageError(outputs[i].option + ": only -o goes to standard output; give a file");
@@ -168,12 +164,11 @@ Pipes::Pipes(const DepthOptions& options) {
     if (options.resume || options.append)
         throw UsageError(
             fmt::format("{}: does not go with pipes; leave it out", options.resume ? "--resume" : "--append"));
-    if (options.inputs.missing != Missing::error)
+    if (inputs.skip_missing)
         throw UsageError("--missing: nobody knows which frames of a pipe are missing; leave it out");
     if (of_depth_ && options.progress == ProgressKind::openjd)
         throw UsageError("--progress openjd: nobody knows how many frames a pipe has; leave it out");
-    const RelativeSource& relative = options.relative;
-    if (of_depth_ && relative.order && pipes.depth->bits == 32 && !relative.options.range)
+    if (of_depth_ && options.relative && inputs.pipe_format->bits == 32 && !options.relative_options.range)
         throw UsageError("--relative-range: missing; the range of a pipe's floats is not known before all have come");
 }
 
@@ -201,7 +196,7 @@ bool Pipes::next() {
         frame.push_back(
             std::make_shared<FrameFile>(fmt::format("{}, frame {}", source->name, count_ + 1), *source->format, size_));
     }
-    const auto is_whole = [&](std::size_t i) { return sources_[i]->filled == frame[i]->pixels().size(); };
+    const auto is_whole = [&](std::size_t i) { return sources_[i]->filled == frame[i]->pixels.size(); };
     for (;;) { // whoever writes several pipes fills them in an order of its own
         std::vector<pollfd> open;
         std::vector<std::size_t> which;
@@ -218,7 +213,7 @@ bool Pipes::next() {
             return false;
         for (std::size_t i = 0; i < open.size(); ++i)
             if (open[i].revents != 0)
-                sources_[which[i]]->read(frame[which[i]]->pixels());
+                sources_[which[i]]->read(frame[which[i]]->pixels);
     }
     const Source *whole = nullptr, *ended = nullptr;
     for (std::size_t i = 0; i < sources_.size(); ++i) {
@@ -228,7 +223,7 @@ bool Pipes::next() {
             failure_ =
                 fmt::format("{}: ends within frame {}, of which {} of {} bytes are there; check --size and the "
                             "pixel format ({})",
-                            source.name, count_ + 1, source.filled, frame[i]->pixels().size(), source.format->name);
+                            source.name, count_ + 1, source.filled, frame[i]->pixels.size(), source.format->name);
     }
     if (whole && ended && failure_.empty())
         failure_ = fmt::format("{}: has no frame {}, but {} has", ended->name, count_ + 1, whole->name);
@@ -273,7 +268,7 @@ const io::RawFormat& result_format(const DepthOptions& options) {
     if (name.empty() && is_color) { // that of the picture
         name = "rgb24";
         for (const Companion& companion : options.companions)
-            if (companion.pixels && is_pipe(companion.source, options.inputs.pipes))
+            if (companion.pixels && options.inputs.is_pipe(companion.source))
                 name = companion.pixels->name;
     } else if (name.empty()) {
         name = channels == 1 ? "grayf32le" : "rgbf32le";
@@ -281,16 +276,18 @@ const io::RawFormat& result_format(const DepthOptions& options) {
     if (channels != 1 && channels != 3)
         throw UsageError(fmt::format("-o -: raw frames have one channel or three, and this result {}{}", channels,
                                      options.command == "dof-masks" ? "; choose one with --mask" : ""));
+    std::vector<std::string> fitting;
     for (const io::RawFormat& format : io::raw_formats) {
-        const bool fits = format.channels == channels && (is_color || format.bits > 8);
-        if (name != format.name || !fits)
+        if (format.channels != channels || (!is_color && format.bits == 8))
+            continue;
+        fitting.emplace_back(format.name);
+        if (name != format.name)
             continue;
         if (format.bits == 16 && !product.png_scale && !options.png_scale)
             throw UsageError("--format gray16le: codes hold 0 to 1 only; give --png-scale, or write grayf32le");
         return format;
     }
-    throw UsageError(fmt::format("--format {}: is none of this result's raw formats; it is {}", name,
-                                 channels == 3 && !is_color ? "rgbf32le" : formats_in_words(channels)));
+    throw UsageError(fmt::format("--format {}: is none of this result's raw formats; it is {}", name, one_of(fitting)));
 }
 
 } // namespace fathom::shot

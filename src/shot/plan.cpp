@@ -1,11 +1,6 @@
 // Which depth images the arguments stand for, and where results go. Everything that can be refused before the first file is read
 // is refused here.
-#include "plan.hpp"
-
-#include "camera_file/file.hpp"
-#include "sequence/frames.hpp"
-#include "terminal/exit.hpp"
-#include "terminal/messages.hpp"
+#include "work.hpp"
 
 #include <fathom/error.hpp>
 
@@ -14,15 +9,11 @@
 
 #include <algorithm>
 #include <cerrno>
-#include <charconv>
 #include <cmath>
+#include <cstdlib>
 #include <iterator>
-#include <map>
-#include <optional>
 #include <set>
 #include <sstream>
-#include <stdexcept>
-#include <utility>
 
 #include <sys/stat.h>
 
@@ -33,16 +24,12 @@ using sequence::FramePattern;
 const std::vector<Input>& Inputs::all() const {
     if (all_.empty())
         for (const std::string& argument : arguments)
-            if (arguments.size() == 1 || !argument.ends_with(".fathom.json")) // of a shell's *: records of --resume
+            if (arguments.size() == 1 || !argument.ends_with(record_ending)) // of a shell's *
                 add(argument);
     return all_;
 }
 
-bool Inputs::is_sequence() const {
-    return all().size() > 1 || !there_.empty() || is_piped();
-}
-
-Inputs::Shots Inputs::shots() const {
+std::vector<Inputs::Shot> Inputs::shots() const {
     using Alike = std::pair<std::optional<std::size_t>, std::string>; // the source, and the names
     std::map<Alike, std::vector<std::size_t>> found;
     for (std::size_t i = 0; i < all().size(); ++i) {
@@ -51,22 +38,19 @@ Inputs::Shots Inputs::shots() const {
         const auto pattern = is_of_one ? std::nullopt : FramePattern::of(file);
         found[{source, is_of_one ? "" : pattern ? pattern->first.beside_number() : file}].push_back(i);
     }
-    Shots shots{{}, std::vector<std::optional<std::size_t>>(all().size())};
+    std::vector<Shot> shots;
     for (const auto& [alike, inputs] : found) {
         const std::optional<std::size_t> source = alike.first;
-        std::map<Frame, std::string> files = source ? there_[*source] : std::map<Frame, std::string>{};
-        if (files.empty() && inputs.size() > 1) {
+        Shot shot{source ? there_[*source] : std::map<Frame, std::string>{}, inputs};
+        if (shot.files.empty() && inputs.size() > 1) {
             std::vector<std::string> names;
             for (const std::size_t i : inputs)
                 names.push_back(all_[i].file);
             if (const auto common = FramePattern::common(names))
-                files = source ? common->second : common->first.files();
+                shot.files = source ? common->second : common->first.files();
         }
-        if (files.size() < 2)
-            continue;
-        for (const std::size_t i : inputs)
-            shots.of_inputs[i] = shots.files.size();
-        shots.files.push_back(std::move(files));
+        if (shot.files.size() > 1)
+            shots.push_back(std::move(shot));
     }
     return shots;
 }
@@ -82,7 +66,7 @@ void Inputs::add(const std::string& argument) const {
         add_sequence(*pattern, files);
     } else if (sequence::has_glob(argument) && !io::is_there(argument)) {
         add_files(argument, sequence::matching_files(argument));
-    } else if (is_pipe(argument, pipes)) {
+    } else if (is_pipe(argument)) {
         if (frames || arguments.size() > 1)
             throw UsageError(frames ? "--frames: a pipe has the frames that come, from 1 on; leave it out"
                                     : argument + ": is a pipe, beside which there can be no other depth");
@@ -96,7 +80,10 @@ void Inputs::add(const std::string& argument) const {
     }
 }
 
-void Inputs::add_files(const std::string& argument, const std::vector<std::string>& files) const {
+void Inputs::add_files(const std::string& argument, std::vector<std::string> files) const {
+    std::erase_if(files, [](const std::string& file) { // which Fathom has laid beside a result
+        return file.ends_with(show_ending) || file.ends_with(record_ending);
+    });
     if (files.empty())
         throw Error(argument + ": stands for no image; check the name");
     const auto common = FramePattern::common(files);
@@ -126,6 +113,18 @@ std::optional<Frame> frame_of(const std::string& file) {
     return pattern ? std::optional(pattern->second) : std::nullopt;
 }
 
+std::optional<FramePattern> pattern_in(const std::string& name) {
+    return io::is_there(name) ? std::nullopt : FramePattern::in(name);
+}
+
+std::string named(const FramePattern& pattern, const std::string& option, const Input& input) {
+    if (!input.frame)
+        throw UsageError(fmt::format("{}: its name holds no frame, which {} {} needs; give it a number, as in "
+                                     "shot.0001.exr",
+                                     input.file, option, pattern.text()));
+    return pattern.name(*input.frame);
+}
+
 namespace {
 
 namespace fs = std::filesystem;
@@ -134,13 +133,8 @@ bool is_known(const std::string& extension, const std::vector<std::string>& exte
     return std::find(extensions.begin(), extensions.end(), extension) != extensions.end();
 }
 
-// The pattern that a name is, unless a file has this very name.
-std::optional<sequence::FramePattern> pattern_in(const std::string& name) {
-    return io::is_there(name) ? std::nullopt : sequence::FramePattern::in(name);
-}
-
 // The pattern of an output: a single input that was named itself goes into a file of just this name.
-std::optional<sequence::FramePattern> pattern_of(const DepthOptions& options, const Output& output) {
+std::optional<FramePattern> pattern_of(const DepthOptions& options, const Output& output) {
     const bool is_file =
         !output.target.ends_with('/') && is_known(extension_of(output.target), output.product.extensions);
     return is_file && options.inputs.is_sequence() ? pattern_in(output.target) : std::nullopt;
@@ -149,15 +143,6 @@ std::optional<sequence::FramePattern> pattern_of(const DepthOptions& options, co
 bool is_folder(const DepthOptions& options, const Output& output) {
     return output.target != standard_stream && (output.target.ends_with('/') || io::is_folder(output.target) ||
                                                 (options.inputs.all().size() > 1 && !pattern_of(options, output)));
-}
-
-// The name for an input's frame.
-fs::path named(const sequence::FramePattern& pattern, const std::string& option, const Input& input) {
-    if (!input.frame)
-        throw UsageError(fmt::format("{}: its name holds no frame, which {} {} needs; give it a number, as in "
-                                     "shot.0001.exr",
-                                     input.file, option, pattern.text()));
-    return pattern.name(*input.frame);
 }
 
 // A file on disk by whatever path, link or other name; none when it is not there.
@@ -181,6 +166,8 @@ void check_target(const DepthOptions& options, const Output& output) {
                                          extension.empty() ? "a name without extension" : extension,
                                          one_of(extensions)));
     };
+    if (output.beside)
+        return;
     if (out.empty())
         throw UsageError(output.option + ": the name is empty; give a file or a folder");
     if (output.target == standard_stream)
@@ -208,7 +195,9 @@ void check_target(const DepthOptions& options, const Output& output) {
 
 fs::path place(const DepthOptions& options, const Output& output, const Input& input) {
     fs::path file = output.target;
-    if (is_folder(options, output))
+    if (output.beside)
+        file = fs::path(input.file).replace_extension(output.product.extensions.front());
+    else if (is_folder(options, output))
         file /=
             (options.inputs.is_piped() ? fmt::format("{:04}", *input.frame) : fs::path(input.file).stem().native()) +
             (options.format.empty() ? output.product.extensions.front() : options.format);
@@ -225,40 +214,6 @@ fs::path place(const DepthOptions& options, const Output& output, const Input& i
     return file;
 }
 
-// What is read for an input.
-void find_files(const DepthOptions& options, const Input& input, Job& job) {
-    job.input = input.file;
-    job.companions.clear();
-    for (const Companion& companion : options.companions)
-        job.companions.push_back(companion_of(options, companion, input));
-    job.camera_name = options.camera.of_headers()   ? input.file
-                      : options.camera.file.empty() ? options.camera.name()
-                                                    : options.camera.file_for(input);
-}
-
-// The first of these files that is not there; empty: all are.
-fs::path first_missing(const DepthOptions& options, const Job& job) {
-    std::vector<fs::path> files{job.input};
-    std::ranges::remove_copy(job.companions, std::back_inserter(files), standard_stream);
-    if (options.camera.is_pattern())
-        files.push_back(job.camera_name);
-    const auto missing = std::ranges::find_if(files, [](const fs::path& file) { return !io::is_there(file); });
-    return missing == files.end() ? fs::path() : *missing;
-}
-
-// The numbers of a value, which commas separate; none if it holds something else.
-std::vector<double> numbers_in(const std::string& value) {
-    std::vector<double> numbers;
-    std::istringstream words(value);
-    for (std::string word; std::getline(words, word, ',');) {
-        word.erase(0, word.find_first_not_of(' '));
-        const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), numbers.emplace_back());
-        if (error != std::errc{} || end != word.data() + word.size() || !std::isfinite(numbers.back()))
-            return {};
-    }
-    return numbers;
-}
-
 using Key = std::pair<const Frame, std::string>;
 
 // The value of a frame between two others: as far between theirs as the frame is. The option itself may refuse it, as one that
@@ -267,7 +222,9 @@ std::string between(const Animation& animation, const Key& before, const Key& af
     if (before.second == after.second)
         return before.second;
     const std::vector<double> from = numbers_in(before.second), to = numbers_in(after.second);
-    if (from.empty() || from.size() != to.size())
+    const auto is_finite = [](double value) { return std::isfinite(value); };
+    if (from.empty() || from.size() != to.size() || !std::ranges::all_of(from, is_finite) ||
+        !std::ranges::all_of(to, is_finite))
         throw Error(fmt::format("{}: {} of frame {}: nothing lies between '{}' and '{}'; give the frame a line",
                                 animation.file, animation.option, frame, before.second, after.second));
     const double part = static_cast<double>(frame - before.first) / static_cast<double>(after.first - before.first);
@@ -295,13 +252,6 @@ std::string value_for(const Animation& animation, const Input& input, bool inter
                             animation.file, animation.option, *input.frame, input.file));
 }
 
-void give_results(const DepthOptions& options, const Input& input, Job& job) {
-    for (const Animation& animation : options.animations)
-        job.values.push_back(value_for(animation, input, options.interpolate));
-    for (const Output& output : options.outputs)
-        job.outputs.push_back(place(options, output, input));
-}
-
 void refuse_replacing(const std::vector<Job>& jobs) {
     std::set<std::optional<Identity>> read;
     for (const Job& job : jobs) {
@@ -316,30 +266,12 @@ void refuse_replacing(const std::vector<Job>& jobs) {
                 throw UsageError(output.native() + ": is one of the files to read; write elsewhere");
 }
 
-// The image in a folder that is named like this input, with any extension that images have; none if there is none.
-fs::path image_like(const fs::path& folder, const fs::path& input) {
-    for (const char* extension : {".exr", ".tif", ".tiff", ".pfm", ".npy", ".png", ".jpg", ".jpeg", ".hdr"})
-        if (fs::path file = folder / input.stem().concat(extension); io::is_there(file))
-            return file;
-    return {};
-}
-
-} // namespace
-
-std::vector<fs::path> Job::others() const {
-    std::vector<fs::path> files = companions;
-    files.insert(files.end(), outputs.begin(), outputs.end());
-    return files;
-}
-
-bool has_overscan(const Windows& windows) {
-    return windows.data != cv::Rect({0, 0}, windows.display);
-}
-
+// The file of an input's companion. If there is none, the name that it should have: reading that reports the missing file.
+// Throws: UsageError where several inputs would share one, and where a pattern needs a frame that the input has not.
 fs::path companion_of(const DepthOptions& options, const Companion& companion, const Input& input) {
     if (companion.source.empty())
         throw UsageError(companion.option + ": the name is empty; give a file or a folder");
-    if (is_pipe(companion.source, options.inputs.pipes))
+    if (options.inputs.is_pipe(companion.source))
         return companion.source;
     if (options.inputs.is_piped() && !pattern_in(companion.source))
         throw UsageError(fmt::format("{}: '{}' does not say which of a pipe's frames it belongs to; give a name with "
@@ -354,16 +286,88 @@ fs::path companion_of(const DepthOptions& options, const Companion& companion, c
                             companion.option, companion.source, options.inputs.all().size()));
         return companion.source;
     }
-    const fs::path file = image_like(companion.source, input.file);
-    return file.empty() ? fs::path(companion.source) / fs::path(input.file).stem().concat(".exr") : file;
+    const fs::path like = fs::path(companion.source) / fs::path(input.file).stem();
+    for (const char* extension : {".exr", ".tif", ".tiff", ".pfm", ".npy", ".png", ".jpg", ".jpeg", ".hdr"})
+        if (fs::path file = fs::path(like).concat(extension); io::is_there(file))
+            return file;
+    return fs::path(like).concat(".exr");
 }
 
-Job plan_frame(const DepthOptions& options, Frame frame) {
-    const Input input{options.inputs.arguments.front(), frame};
-    Job job{.input = {}, .companions = {}, .outputs = {}, .frame = frame};
-    job.in_sequence = true;
-    find_files(options, input, job);
-    give_results(options, input, job);
+using Ends = std::optional<std::array<double, 2>>;
+
+// The range of the floats of all these files; none of integers, whose range is that of their bits.
+Ends range_of(const std::map<Frame, std::string>& files, const DepthOptions& options) {
+    Ends range;
+    for (const auto& [frame, file] : files) {
+        stop_if_interrupted();
+        try {
+            const fs::path mask =
+                options.ignore.empty() ? "" : companion_of(options, {"--ignore", options.ignore}, {file, frame});
+            const Ends own = io::range_of_floats(file, options.channel, ignored_of(options, mask));
+            if (!own)
+                return std::nullopt;
+            range = range ? Ends({std::min((*range)[0], (*own)[0]), std::max((*range)[1], (*own)[1])}) : own;
+        } catch (const Error&) { // is told when the turn of this file comes
+        }
+    }
+    return range && (*range)[0] < (*range)[1] ? range : std::nullopt;
+}
+
+// The number that `--relative-range` would be given.
+double as_written(double value) {
+    return std::stod(fmt::format("{}", static_cast<float>(value)));
+}
+
+} // namespace
+
+io::Ignored ignored_of(const DepthOptions& options, const fs::path& mask) {
+    if (options.ignore.empty())
+        return {};
+    return [&options, mask](cv::Size size) { return io::ignored(mask, options.ignore_below, {{{0, 0}, size}, size}); };
+}
+
+std::vector<double> numbers_in(const std::string& text, std::optional<std::size_t> count) {
+    std::vector<double> numbers;
+    std::istringstream parts(text);
+    for (std::string part; std::getline(parts, part, ',');) {
+        char* end = nullptr;
+        numbers.push_back(static_cast<double>(std::strtold(part.c_str(), &end)));
+        if (part.empty() || end != part.c_str() + part.size())
+            return {};
+    }
+    return !count || numbers.size() == *count ? numbers : std::vector<double>{};
+}
+
+bool has_overscan(const Windows& windows) {
+    return windows.data != cv::Rect({0, 0}, windows.display);
+}
+
+Job plan_frame(const DepthOptions& options, const Input& input) {
+    Job job;
+    job.input = input.file;
+    job.frame = input.frame;
+    job.in_sequence = input.source.has_value();
+    for (const Companion& companion : options.companions)
+        job.companions.push_back(companion_of(options, companion, input));
+    job.camera_name = options.camera.of_headers()   ? input.file
+                      : options.camera.file.empty() ? options.camera.name()
+                                                    : options.camera.file_for(input);
+    std::vector<fs::path> needed;
+    if (job.in_sequence && job.frame && !options.inputs.is_piped()) {
+        needed.push_back(job.input);
+        std::ranges::remove_copy(job.companions, std::back_inserter(needed), standard_stream);
+        if (options.camera.is_pattern())
+            needed.push_back(job.camera_name);
+    }
+    if (const auto missing = std::ranges::find_if_not(needed, io::is_there); missing != needed.end())
+        job.missing = *missing;
+    job.left_out = !job.missing.empty() && options.inputs.skip_missing;
+    if (!job.missing.empty())
+        return job;
+    for (const Animation& animation : options.animations)
+        job.values.push_back(value_for(animation, input, options.interpolate));
+    for (const Output& output : options.outputs)
+        job.outputs.push_back(place(options, output, input));
     return job;
 }
 
@@ -375,15 +379,7 @@ std::vector<Job> plan(const DepthOptions& options) {
     if (!options.log.empty())
         taken.emplace(io::whole_path(options.log), "--log");
     for (const Input& input : options.inputs.all()) {
-        Job& job = jobs.emplace_back(Job{.input = {}, .companions = {}, .outputs = {}, .frame = input.frame});
-        job.in_sequence = input.source.has_value();
-        find_files(options, input, job);
-        if (job.in_sequence && job.frame)
-            job.missing = first_missing(options, job);
-        job.left_out = !job.missing.empty() && options.inputs.missing == Missing::skip;
-        if (!job.missing.empty())
-            continue;
-        give_results(options, input, job);
+        const Job& job = jobs.emplace_back(plan_frame(options, input));
         for (std::size_t i = 0; i < job.outputs.size(); ++i) {
             const bool is_only = options.outputs.size() == 1;
             const std::string what = is_only ? input.file : options.outputs[i].option + " of " + input.file;
@@ -417,6 +413,23 @@ void prepare_folders(const DepthOptions& options, const Job& job) {
         if (error)
             io::refuse_making(folder, "cannot be made", error.value(), "choose another folder");
     }
+}
+
+std::vector<std::string> find_ranges(const DepthOptions& options, std::vector<Job>& jobs) {
+    if (!options.relative || options.relative_options.range)
+        return {};
+    std::vector<std::string> said;
+    for (const auto& [files, inputs] : options.inputs.shots()) {
+        Ends range = range_of(files, options);
+        if (!range)
+            continue;
+        range = {as_written((*range)[0]), as_written((*range)[1])};
+        for (const std::size_t i : inputs)
+            jobs[i].range = range;
+        said.push_back(fmt::format("{0} to {1}  values {2} to {3} become 0 to 1 (--relative-range {2},{3})",
+                                   files.begin()->second, files.rbegin()->second, (*range)[0], (*range)[1]));
+    }
+    return said;
 }
 
 } // namespace fathom::shot

@@ -2,7 +2,6 @@
 #include "reading.hpp"
 
 #include "camera_file/file.hpp"
-#include "cli/command.hpp"
 #include "cli/program.hpp"
 #include "sequence/frames.hpp"
 

@@ -1,18 +1,10 @@
 // fathom camera
-#include "cli/command.hpp"
-#include "cli/options/depth_options.hpp"
+#include "cli/options.hpp"
 #include "io/replace_files.hpp"
-#include "shot/plan.hpp"
-#include "terminal/messages.hpp"
 
 #include <fathom/error.hpp>
-#include <fathom/import_camera.hpp>
 
-#include <CLI/CLI.hpp>
 #include <fmt/format.h>
-
-#include <array>
-#include <memory>
 
 namespace fathom::cli {
 namespace {
@@ -49,14 +41,14 @@ int convert(const CameraArguments& options) {
 std::function<int()> configure_camera(CLI::App& app) {
     const auto options = std::make_shared<CameraArguments>();
     add_option(app, "Input", "FILE", "FILE", options->camera.file,
-               "camera file, glTF, transforms.json, OpenCV or ROS calibration,\nCOLMAP folder, or EXR")
+               "camera file, glTF, transforms.json, OpenCV or ROS calibration, COLMAP folder, or EXR")
         ->required();
     add_option(app, "Input", "--preset", "NAME[:KEY=VALUE,...]", options->camera.preset,
-               "what the values of the depth mean where FILE does not say it:\n"
-               "a source (fathom presets), or keys as in encoding=view-z");
+               "what the values of the depth mean where FILE does not say it: a source (fathom presets), or keys as in "
+               "encoding=view-z");
     add_import_options(app, options->camera);
     add_option(app, "Output", "-o,--output", "OUT.json", options->output, "camera file to write (default: print it)");
-    app.add_flag("--strict", options->strict, "take warnings for errors")->group("Report");
+    add_flag(app, "Report", "--strict", options->strict, "take warnings for errors");
     return [options] { return convert(*options); };
 }
 

@@ -1,17 +1,12 @@
 // fathom inspect
-#include "camera_file/file.hpp"
-#include "cli/command.hpp"
-#include "cli/options/depth_options.hpp"
+#include "cli/options.hpp"
 #include "io/cameras/camera_formats.hpp"
 #include "io/floats_on_host.hpp"
-#include "io/formats.hpp"
-#include "terminal/messages.hpp"
 
 #include <fathom/dof.hpp>
 #include <fathom/doubts.hpp>
 #include <fathom/error.hpp>
 #include <fathom/findings.hpp>
-#include <fathom/io.hpp>
 #include <fathom/linearize.hpp>
 #include <fathom/opencv.hpp>
 #include <fathom/ranking.hpp>
@@ -20,11 +15,8 @@
 
 #include <Eigen/Geometry>
 
-#include <array>
 #include <cmath>
-#include <memory>
 #include <numbers>
-#include <optional>
 
 namespace fathom::cli {
 namespace {
@@ -96,9 +88,7 @@ std::optional<ImportedCamera> camera_for(const InspectArguments& options, std::s
     if (!options.camera.given() && !io::exr_has_camera(options.file))
         return std::nullopt;
     try {
-        return options.camera.read(options.inputs);
-    } catch (const UsageError&) {
-        throw;
+        return options.camera.read();
     } catch (const io::UnansweredRead&) {
         throw;
     } catch (const Error& error) {
@@ -138,10 +128,6 @@ Findings inspected(const InspectArguments& options) {
     return found;
 }
 
-const char* no_surfaces(const CameraFindings& found) {
-    return found.invalid ? "no pixel is a surface" : "no OpenCL device to decode them";
-}
-
 const char* name_of(DepthBits bits) {
     return bits == DepthBits::d16 ? "16-bit integer" : bits == DepthBits::d24 ? "24-bit integer" : "32-bit float";
 }
@@ -160,23 +146,23 @@ std::optional<std::array<double, 2>> field_of_view(const CameraFindings& found) 
     return std::array{angle(0, bottom / 2, right, bottom / 2), angle(right / 2, 0, right / 2, bottom)};
 }
 
-nlohmann::ordered_json as_json(const Camera& camera, const LensFindings& found) {
-    nlohmann::ordered_json fold;
+ordered_json as_json(const Camera& camera, const LensFindings& found) {
+    ordered_json fold;
     if (found.fold)
         fold = {{"angle_deg", found.fold->angle * 180 / std::numbers::pi},
                 {"radius", found.fold->radius},
                 {"coefficient", found.fold->coefficient}};
-    nlohmann::ordered_json keys = {
+    ordered_json keys = {
         {"model", to_string(camera.lens->law)}, {"no_ray", found.no_ray}, {"too_steep", found.steep}, {"fold", fold}};
     if (found.between_pixels_px)
         keys["between_pixels_px"] = *found.between_pixels_px;
     return keys;
 }
 
-nlohmann::ordered_json as_json(const CameraFindings& found) {
+ordered_json as_json(const CameraFindings& found) {
     const auto view = field_of_view(found);
-    nlohmann::ordered_json range, surfaces, attainable;
-    const auto add = [](nlohmann::ordered_json& points, const auto& point, nlohmann::ordered_json place) {
+    ordered_json range, surfaces, attainable;
+    const auto add = [](ordered_json& points, const auto& point, ordered_json place) {
         if (point.spacing)
             place.update({{"spacing", json_number(*point.spacing)}, {"error_bound", json_number(*point.error_bound)}});
         points[point.name] = std::move(place);
@@ -191,40 +177,40 @@ nlohmann::ordered_json as_json(const CameraFindings& found) {
             {"form", to_string(found.form.form)},
             {"reason", found.form.reason},
             {"perspective", found.form.perspective},
-            {"field_of_view_deg", view ? nlohmann::ordered_json(*view) : nlohmann::ordered_json()},
-            {"precision_of", found.bits ? nlohmann::ordered_json(name_of(*found.bits)) : nlohmann::ordered_json()},
+            {"field_of_view_deg", view ? ordered_json(*view) : ordered_json()},
+            {"precision_of", found.bits ? ordered_json(name_of(*found.bits)) : ordered_json()},
             {"background", found.background},
-            {"invalid", found.invalid ? nlohmann::ordered_json(*found.invalid) : nlohmann::ordered_json()},
+            {"invalid", found.invalid ? ordered_json(*found.invalid) : ordered_json()},
             {"missing", found.missing},
-            {"lens", found.lens ? as_json(found.camera, *found.lens) : nlohmann::ordered_json()},
+            {"lens", found.lens ? as_json(found.camera, *found.lens) : ordered_json()},
             {"range", range},
             {"surfaces", surfaces},
             {"attainable", attainable}};
 }
 
 // A camera file with the packing that was found, if any.
-nlohmann::ordered_json camera_file_of(const Guess& guess, std::optional<Packing> packing) {
-    auto file = nlohmann::ordered_json::parse(guess.camera_file);
+ordered_json camera_file_of(const Guess& guess, std::optional<Packing> packing) {
+    auto file = ordered_json::parse(guess.camera_file);
     if (packing)
         file["packing"] = to_string(*packing);
     return file;
 }
 
-nlohmann::ordered_json as_json(const Ranking& ranking, std::optional<Packing> packing) {
-    auto guesses = nlohmann::ordered_json::array();
+ordered_json as_json(const Ranking& ranking, std::optional<Packing> packing) {
+    auto guesses = ordered_json::array();
     for (const Guess& guess : ranking.guesses)
         guesses.push_back({{"family", to_string(guess.family)},
                            {"meaning", guess.meaning},
                            {"fits", guess.fits},
                            {"camera_file", camera_file_of(guess, packing)},
                            {"assumed", guess.assumed}});
-    return {{"family", ranking.family ? nlohmann::ordered_json(to_string(*ranking.family)) : nlohmann::ordered_json()},
+    return {{"family", ranking.family ? ordered_json(to_string(*ranking.family)) : ordered_json()},
             {"evidence", ranking.evidence},
             {"guesses", guesses}};
 }
 
-nlohmann::ordered_json as_json(const InspectArguments& options, const Findings& found) {
-    nlohmann::ordered_json channels = nlohmann::ordered_json::array(), percentiles;
+ordered_json as_json(const InspectArguments& options, const Findings& found) {
+    ordered_json channels = ordered_json::array(), percentiles;
     for (const Channel& channel : found.channels)
         channels.push_back({{"name", channel.name}, {"type", channel.type}});
     const StoredStatistics& s = found.statistics;
@@ -243,9 +229,9 @@ nlohmann::ordered_json as_json(const InspectArguments& options, const Findings& 
             {"minus_inf", s.minus_inf},
             {"at_zero", s.at_zero},
             {"at_largest", s.at_largest},
-            {"camera", found.camera ? as_json(*found.camera) : nlohmann::ordered_json()},
+            {"camera", found.camera ? as_json(*found.camera) : ordered_json()},
             {"doubts", found.doubts},
-            {"could_be", found.camera ? nlohmann::ordered_json() : as_json(found.ranking, found.packing)}};
+            {"could_be", found.camera ? ordered_json() : as_json(found.ranking, found.packing)}};
 }
 
 void print_row(const std::string& term, const std::string& meaning) {
@@ -304,7 +290,7 @@ void print_camera(const InspectArguments& options, const CameraFindings& found) 
 
     fmt::print("\nsurfaces: distance along the {}, scene units\n", found.lens ? "ray" : "view axis");
     if (found.surfaces.empty())
-        print_row("none", no_surfaces(found));
+        print_row("none", found.invalid ? "no pixel is a surface" : "no OpenCL device to decode them");
     for (const SurfacePoint& surface : found.surfaces)
         print_row(surface.name,
                   fmt::format("{:<14}at pixel {:.0f}, {:.0f}", number(surface.z), surface.x - 0.5, surface.y - 0.5));
@@ -388,7 +374,7 @@ std::function<int()> configure_inspect(CLI::App& app) {
         ->required();
     add_camera_options(app, options->camera, "also show what this camera file makes of the values");
     add_channel_option(app, options->channel);
-    app.add_flag("--json", options->json, "print one JSON object")->group("Report");
+    add_flag(app, "Report", "--json", options->json, "print one JSON object");
     add_device_options(app, options->device);
     return [options] {
         options->inputs = {{options->file, frame_of(options->file)}};

@@ -1,30 +1,17 @@
 // fathom show
-#include "camera_file/file.hpp"
-#include "cli/command.hpp"
-#include "cli/options/depth_options.hpp"
-#include "description/operations.hpp"
-#include "io/formats.hpp"
+#include "cli/options.hpp"
 #include "io/replace_files.hpp"
-#include "shot/plan.hpp"
-#include "terminal/messages.hpp"
 
 #include <fathom/error.hpp>
-#include <fathom/io.hpp>
-#include <fathom/picture.hpp>
 
 #include <fmt/format.h>
 
 #include <opencv2/imgproc.hpp>
 
 #include <algorithm>
-#include <array>
 #include <cfloat>
 #include <cmath>
-#include <memory>
 #include <numeric>
-#include <optional>
-#include <set>
-#include <vector>
 
 namespace fathom::cli {
 namespace {
@@ -38,42 +25,8 @@ struct ShowArguments {
     std::string channel, unit;
     std::optional<std::array<double, 2>> range;
     int map = cv::COLORMAP_VIRIDIS;
-    bool legend = true, json = false;
+    bool no_legend = false, json = false;
 };
-
-// The files to show, each with its picture. What is wrong for all is told before the first is read.
-std::vector<Job> jobs_of(const ShowArguments& options) {
-    constexpr const char* own_ending = ".show.png";
-    std::vector<Job> jobs;
-    if (!options.files.output.empty()) {
-        DepthOptions files = options.files;
-        files.outputs = {{"-o", files.output, {{".png"}, {}, 1.0}}};
-        jobs = plan(files);
-        for (const Job& job : jobs)
-            if (job.missing.empty())
-                prepare_folders(files, job);
-    } else {
-        for (const Input& input : options.files.inputs.all()) {
-            Job& job = jobs.emplace_back();
-            job.input = input.file;
-            job.outputs = {fs::path(input.file).replace_extension(own_ending)};
-            job.in_sequence = input.source.has_value();
-        }
-    }
-    // The pictures of earlier runs in a folder are no results.
-    std::erase_if(jobs, [](const Job& job) { return job.in_sequence && job.input.native().ends_with(own_ending); });
-    if (jobs.empty())
-        throw Error(options.files.inputs.arguments.front() + ": holds pictures of fathom show only; name the results");
-    std::set<fs::path> taken;
-    for (const Job& job : jobs) {
-        const fs::path& output = job.outputs.front();
-        if (std::ranges::any_of(jobs, [&](const Job& other) { return io::is_same(other.input, output); }))
-            throw UsageError(output.native() + ": is a file to show; give another name for its picture");
-        if (!taken.insert(output).second)
-            throw UsageError(output.native() + ": would be the picture of two files; show them one by one");
-    }
-    return jobs;
-}
 
 /// An image for people to look at.
 struct Viewed {
@@ -107,24 +60,8 @@ std::optional<description::Content> content_of(const std::string& channel) {
     return std::nullopt;
 }
 
-// The ends are 0 and 1 for fractions, or else the least and the greatest value, or where few of them stretch the range to three times
-// of what the others have, those of all but 1 %.
-void choose_range(Viewed& viewed) {
-    const auto at = [&](double fraction) {
-        return double{viewed.values[std::size_t(std::round(fraction * double(viewed.values.size() - 1)))]};
-    };
-    const auto content = content_of(viewed.name);
-    if (viewed.values.empty() || (content && content->of == description::Content::Of::fractions))
-        return;
-    const bool stretched = at(0.995) > at(0.005) && at(1) - at(0) > 3 * (at(0.995) - at(0.005));
-    viewed.low = stretched ? at(0.005) : at(0);
-    viewed.high = stretched ? at(0.995) : at(1);
-    if (viewed.low == viewed.high) { // so that every value has a place
-        viewed.low -= 0.5;
-        viewed.high += 0.5;
-    }
-}
-
+// The ends of the map are 0 and 1 for fractions, or else the least and the greatest value, or where few of them stretch the range to
+// three times of what the others have, those of all but 1 %.
 Viewed values_of(const cv::Mat& values, const std::string& name) {
     Viewed viewed{.image = {}, .name = name};
     values.convertTo(viewed.image, CV_32F);
@@ -132,9 +69,21 @@ Viewed values_of(const cv::Mat& values, const std::string& name) {
         if (std::isfinite(value))
             viewed.values.push_back(value);
     std::ranges::sort(viewed.values);
-    if (const auto content = content_of(name))
+    const auto content = content_of(name);
+    if (content)
         viewed.unit = content->unit;
-    choose_range(viewed);
+    if (viewed.values.empty() || (content && content->of == description::Content::Of::fractions))
+        return viewed;
+    const auto at = [&](double fraction) {
+        return double{viewed.values[std::size_t(std::round(fraction * double(viewed.values.size() - 1)))]};
+    };
+    const bool stretched = at(0.995) > at(0.005) && at(1) - at(0) > 3 * (at(0.995) - at(0.005));
+    viewed.low = stretched ? at(0.005) : at(0);
+    viewed.high = stretched ? at(0.995) : at(1);
+    if (viewed.low == viewed.high) { // so that every value has a place
+        viewed.low -= 0.5;
+        viewed.high += 0.5;
+    }
     return viewed;
 }
 
@@ -261,11 +210,11 @@ void announce(const ShowArguments& options, const Job& job, const Viewed& viewed
     const auto invalid = std::size_t(cv::countNonZero(viewed.invalid));
     const std::string output = job.outputs.front().native();
     if (options.json) {
-        nlohmann::ordered_json line{{"input", job.input.native()},
-                                    {"output", output},
-                                    {"shows", viewed.name},
-                                    {"invalid", invalid},
-                                    {"background", cv::countNonZero(viewed.background)}};
+        ordered_json line{{"input", job.input.native()},
+                          {"output", output},
+                          {"shows", viewed.name},
+                          {"invalid", invalid},
+                          {"background", cv::countNonZero(viewed.background)}};
         if (!viewed.values.empty())
             line.update({{"min", json_number(double{viewed.values.front()})},
                          {"max", json_number(double{viewed.values.back()})},
@@ -293,8 +242,9 @@ void show(const ShowArguments& options, const Job& job) {
     if (!options.unit.empty())
         viewed.unit = options.unit;
     cv::Mat picture = false_color(viewed, options.map);
-    if (options.legend && viewed.kind != Viewed::Kind::picture)
+    if (!options.no_legend && viewed.kind != Viewed::Kind::picture)
         picture = with_legend(picture, viewed, options.map);
+    prepare_folders(options.files, job);
     const io::NewFile file{job.outputs.front(), io::png_bytes(picture)};
     io::replace_files({&file, 1});
     announce(options, job, viewed);
@@ -302,7 +252,7 @@ void show(const ShowArguments& options, const Job& job) {
 
 int show(const ShowArguments& options) {
     int code = done;
-    for (const Job& job : jobs_of(options))
+    for (const Job& job : plan(options.files)) // which tells what is wrong for all
         try {
             show(options, job);
         } catch (const Error& error) {
@@ -312,41 +262,42 @@ int show(const ShowArguments& options) {
     return code;
 }
 
-// Takes MIN:MAX, or says what is wrong.
-std::string take_range(std::string text, ShowArguments& options) {
-    const std::string given = text;
-    std::ranges::replace(text, ':', ',');
-    const std::vector<double> ends = numbers_in(text, 2);
-    if (ends.empty() || !(ends[0] < ends[1]) || std::isinf(ends[1]) || given.find(',') != std::string::npos)
-        return "'" + given + "' will not do; it is MIN:MAX, two finite numbers that ascend, as in 0.5:12";
-    options.range = {ends[0], ends[1]};
-    return {};
+// "0.5:12".
+std::optional<std::array<double, 2>> range_in(const std::string& text) {
+    const std::size_t colon = text.find(':');
+    if (colon == std::string::npos)
+        return std::nullopt;
+    const std::vector<double> low = numbers_in(text.substr(0, colon), 1), high = numbers_in(text.substr(colon + 1), 1);
+    const bool ascend = !low.empty() && !high.empty() && low[0] < high[0];
+    return ascend && std::isfinite(low[0]) && std::isfinite(high[0]) ? std::optional(std::array{low[0], high[0]})
+                                                                     : std::nullopt;
 }
 
 std::function<int()> configure_show(CLI::App& app) {
     auto options = std::make_shared<ShowArguments>();
     add_option(app, "Input", "FILE", "FILE", options->files.inputs.arguments,
-               "results or depth images: EXR, PNG, TIFF, PFM, NPY, PGM or HDR.\nAlso a folder, or "
+               "results or depth images: EXR, PNG, TIFF, PFM, NPY, PGM or HDR. Also a folder, or "
                "'ao.####.exr', 'ao.%04d.exr' or 'ao.*.exr'")
         ->required();
     add_option(app, "Input", "--channel", "NAME", options->channel,
-               "EXR channel or layer to show (default: the result's own, or\nnormals, depth, a picture)");
+               "EXR channel or layer to show (default: the result's own, or normals, depth, a picture)");
     add_option(app, "Output", "-o,--output", "PICTURE.png", options->files.output,
-               "PNG to write, a folder, or ao.####.png\n(default: FILE with .show.png for its extension)");
-    app.add_option("--range", "values at the ends of the map (default: the least and the\ngreatest, without rare ones)")
-        ->type_name("MIN:MAX")
-        ->check(CLI::Validator([options](std::string& text) { return take_range(text, *options); }, ""))
-        ->group("Output");
-    add_enum_option(app, "--map", options->map,
+               "PNG to write, a folder, or ao.####.png (default: FILE with .show.png for its extension)");
+    add_read_option(app, "Output", "--range", "MIN:MAX", options->range, range_in,
+                    "MIN:MAX, two finite numbers that ascend, as in 0.5:12",
+                    "values at the ends of the map (default: the least and the greatest, without rare ones)");
+    add_enum_option(app, "Output", "--map", options->map,
                     {{"viridis", int{cv::COLORMAP_VIRIDIS}}, {"turbo", int{cv::COLORMAP_TURBO}}, {"grey", grey}},
-                    "colours of values (default: viridis, whose steps look equal)")
-        ->group("Output");
+                    "colours of values (default: viridis, whose steps look equal)");
     add_option(app, "Output", "--unit", "NAME", options->unit, "unit of the values, for the legend");
-    app.add_flag_callback(
-           "--no-legend", [options] { options->legend = false; }, "the picture alone, a pixel for each pixel")
-        ->group("Output");
-    app.add_flag("--json", options->json, "print a line of JSON")->group("Report");
-    return [options] { return show(*options); };
+    add_flag(app, "Output", "--no-legend", options->no_legend, "the picture alone, a pixel for each pixel");
+    add_flag(app, "Report", "--json", options->json, "print a line of JSON");
+    return [options] {
+        DepthOptions& files = options->files;
+        const bool beside = files.output.empty();
+        files.outputs = {{"-o", files.output, {{beside ? show_ending : ".png"}, {}, 1.0}, beside}};
+        return show(*options);
+    };
 }
 
 } // namespace

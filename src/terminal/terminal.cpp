@@ -1,7 +1,5 @@
 // What the program prints: one line for an error, one for a result, for people or as JSON; and how far it is.
-#include "messages.hpp"
-
-#include "exit.hpp"
+#include "terminal.hpp"
 
 #include "camera_file/file.hpp"
 #include "camera_file/known_words.hpp"
@@ -13,12 +11,14 @@
 #include <opencv2/core/utils/logger.hpp>
 
 #include <algorithm>
+#include <atomic>
 #include <cerrno>
 #include <cmath>
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
-#include <string_view>
+#include <system_error>
+#include <thread>
 
 #include <fcntl.h>
 #include <sys/ioctl.h>
@@ -53,6 +53,41 @@ void write_to_stderr(std::string_view text) {
 }
 
 int output_error = 0; // the first
+
+bool is_terminal() {
+    const char* kind = std::getenv("TERM");
+    return isatty(STDERR_FILENO) && kind && std::string_view(kind) != "dumb";
+}
+
+std::size_t columns() {
+    winsize size{};
+    return ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 0 ? size.ws_col : 80;
+}
+
+// "0:48", "1:02:03".
+std::string in_minutes(double seconds) {
+    const auto whole = std::llround(std::min(seconds, 1e9));
+    const auto hours = whole / 3600, minutes = whole / 60 % 60;
+    return hours > 0 ? fmt::format("{}:{:02}:{:02}", hours, minutes, whole % 60)
+                     : fmt::format("{}:{:02}", minutes, whole % 60);
+}
+
+std::atomic<bool> asks = false; // the first signal only asks
+std::atomic<int> received = 0;
+
+[[noreturn]] void wait_for(const sigset_t& signals, void (*last)()) {
+    for (;;) {
+        int signal = 0;
+        if (sigwait(&signals, &signal) != 0)
+            continue;
+        if (asks && received.exchange(signal) == 0)
+            continue;
+        last();
+        std::signal(signal, SIG_DFL);
+        pthread_sigmask(SIG_UNBLOCK, &signals, nullptr);
+        kill(getpid(), signal);
+    }
+}
 
 } // namespace
 
@@ -98,8 +133,12 @@ std::string about(const std::filesystem::path& subject, std::string_view message
     return subject.native() + ": " + std::string(message);
 }
 
+std::string json_line(const nlohmann::ordered_json& value) {
+    return value.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + '\n';
+}
+
 void print_json(const nlohmann::ordered_json& value) {
-    fmt::print("{}\n", value.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace));
+    fmt::print("{}", json_line(value));
 }
 
 nlohmann::ordered_json json_number(double value) {
@@ -114,22 +153,15 @@ std::string number(double value) {
     return fmt::format("{:.7g}", value);
 }
 
-std::string nearest(std::string_view name, const std::vector<std::string>& known) {
+std::string did_you_mean(std::string_view name, const std::vector<std::string>& known, const std::string& otherwise) {
     const std::vector<std::string> best = io::nearest_words(known, name, 1);
     const std::size_t most_edits = std::max<std::size_t>(2, name.size() / 3);
-    return best.empty() || io::edit_distance(name, best.front()) > most_edits ? "" : best.front();
+    const bool is_near = !best.empty() && io::edit_distance(name, best.front()) <= most_edits;
+    return is_near ? "did you mean " + best.front() + "?" : otherwise;
 }
 
 std::string one_of(const std::vector<std::string>& names) {
     return description::in_words(names);
-}
-
-std::string in_words(const Look& look, const char* depth) {
-    std::string text =
-        look.surfaces() == 0 ? "no surface" : fmt::format("{} {:.4g} to {:.4g}", depth, look.nearest, look.farthest);
-    if (look.background > 0)
-        text += fmt::format(", {} background", percent(look.background, look.pixels));
-    return text + ", " + invalid_in_words(look.invalid, look.pixels);
 }
 
 std::string invalid_in_words(std::size_t invalid, std::size_t pixels) {
@@ -148,28 +180,6 @@ void prepare_streams() {
 }
 
 // It is the last line of the terminal. Whatever else is printed takes its place first.
-
-namespace {
-
-bool is_terminal() {
-    const char* kind = std::getenv("TERM");
-    return isatty(STDERR_FILENO) && kind && std::string_view(kind) != "dumb";
-}
-
-std::size_t columns() {
-    winsize size{};
-    return ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 0 ? size.ws_col : 80;
-}
-
-// "0:48", "1:02:03".
-std::string in_minutes(double seconds) {
-    const auto whole = std::llround(std::min(seconds, 1e9));
-    const auto hours = whole / 3600, minutes = whole / 60 % 60;
-    return hours > 0 ? fmt::format("{}:{:02}:{:02}", hours, minutes, whole % 60)
-                     : fmt::format("{}:{:02}", minutes, whole % 60);
-}
-
-} // namespace
 
 Progress::Progress(ProgressKind kind, std::size_t count, bool quiet)
     : count_(count), bar_(kind == ProgressKind::automatic && count > 1 && !quiet && is_terminal()),
@@ -201,6 +211,47 @@ void Progress::advance() {
     }
     write_to_stderr("\r\x1b[K" + text.substr(0, columns() - 1));
     shown_ = true;
+}
+
+// How the program is asked to end. A thread waits for signals and sets a flag, which is tested between two steps of the work.
+// All others have them blocked: compilers of OpenCL kernels in this process have handlers of their own, which would delete what
+// they compile.
+
+void watch_interrupts(void (*last)()) {
+    sigset_t signals;
+    sigemptyset(&signals);
+    for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
+        struct sigaction action {};
+        sigaction(signal, nullptr, &action);
+        if (action.sa_handler != SIG_IGN) // started with nohup or in the background: stays ignored
+            sigaddset(&signals, signal);
+    }
+    std::signal(SIGXFSZ, SIG_IGN); // a file that would be larger than allowed cannot be written, as on a full disk
+    std::signal(SIGPIPE, SIG_IGN); // it would end the program while a file is written
+    pthread_sigmask(SIG_BLOCK, &signals, nullptr); // threads that start from now on inherit it
+    try {
+        std::thread(wait_for, signals, last).detach();
+    } catch (const std::system_error&) { // no more threads: signals end the program as ever
+        pthread_sigmask(SIG_UNBLOCK, &signals, nullptr);
+    }
+}
+
+void catch_interrupts() {
+    asks = true;
+}
+
+void interrupt(int signal) {
+    int none = 0;
+    received.compare_exchange_strong(none, signal);
+}
+
+bool is_interrupted() {
+    return received != 0;
+}
+
+void stop_if_interrupted() {
+    if (is_interrupted())
+        throw Interrupted{received};
 }
 
 } // namespace fathom::terminal
