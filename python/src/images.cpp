@@ -132,9 +132,6 @@ elements from one row to the next (default: without a gap). offset: elements bef
             return text("<fathom.Image ", nb::repr(shape_of_image(image)).c_str(), " ",
                         type_of(image.image.element()).name, " on ", image.image.device().info().name, ">");
         });
-}
-
-void bind_back_depth(nb::module_& module) {
     nb::class_<BackDepth>(
         module, "BackDepth",
         R"(A thickness for `ssao`: each pixel's solid ends at a second layer of depth, of the same camera and size.

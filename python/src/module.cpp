@@ -16,7 +16,6 @@
 
 namespace fathom::python {
 
-void bind_back_depth(nb::module_& module); // images.cpp
 void bind_camera(nb::module_& module);     // camera.cpp
 void bind_images(nb::module_& module);     // images.cpp
 void bind_operations(nb::module_& module); // operations.cpp
@@ -74,7 +73,8 @@ Device of_handles(std::uintptr_t context, std::uintptr_t device, std::uintptr_t 
             reinterpret_cast<cl_command_queue>(queue)}; // NOLINT
 }
 
-void bind_device_infos(nb::module_& module) {
+void bind_devices(nb::module_& module) {
+    using nb::arg;
     nb::class_<DeviceInfo>(module, "DeviceInfo", "What a device says about itself.")
         .def_ro("index", &DeviceInfo::index, "Position in devices(), which Device() takes.")
         .def_ro("name", &DeviceInfo::name)
@@ -95,10 +95,6 @@ void bind_device_infos(nb::module_& module) {
             return list_devices();
         },
         "Every OpenCL device of every platform; an empty list where no driver is installed.");
-}
-
-void bind_devices(nb::module_& module) {
-    using nb::arg;
     nb::class_<Device>(module, "Device", R"(An OpenCL device with a queue.
 
 Device(wanted=None) opens "cpu", "gpu", one of devices(), its index, or a part of a name; by default a GPU where there is one,
@@ -158,10 +154,8 @@ NB_MODULE(_fathom, module) {
 #endif
     module.def("_end_work", end_work);
     module.def("_begin_child", begin_child);
-    bind_device_infos(module);
     bind_devices(module);
     bind_images(module);
-    bind_back_depth(module);
     bind_camera(module);
     bind_operations(module);
 }

@@ -12,7 +12,6 @@
 #include "lens/camera_lens.hpp"
 #include "require.hpp"
 
-#include <Eigen/LU>
 #include <Eigen/SVD>
 
 #include <algorithm>
@@ -29,10 +28,6 @@ constexpr Real infinity = std::numeric_limits<Real>::infinity();
 
 void require_length(double value, const char* key) {
     require(std::isfinite(value) && value > 0, key, " = ", value, " must be a number above 0");
-}
-
-void require_acceptable(double acceptable_px) {
-    require_length(acceptable_px, "acceptable_px");
 }
 
 // Lengths in scene units, but for the scale of the image.
@@ -64,18 +59,12 @@ PixelScale any_scale_of(const Camera& camera) {
     return {1 / slope(0), 1 / slope(1)};
 }
 
-PixelScale scale_of(const Camera& camera) {
-    const PixelScale scale = any_scale_of(camera);
-    check_pixel_aspect(scale.y, scale.x);
-    return scale;
-}
-
 Optics optics(const Lens& lens, const Camera& camera) {
     describe_optics(description::Check{}, lens);
     const bool perspective = camera.lens || camera.projection.is_perspective();
     Optics result{perspective, perspective ? straight_rays(camera).centre_depth : 0, 0, 0, 0, false};
     const Real unit = lens.mm_per_unit, number = lens.f_stop;
-    result.image_scale = scale_of(camera).x;
+    result.image_scale = pixel_scale(camera).x;
     if (!perspective) {
         require(lens.focal_length_mm.has_value(),
                 "orthographic rays have no focal length: the lens needs focal_length_mm for its aperture");
@@ -97,7 +86,9 @@ Optics optics(const Lens& lens, const Camera& camera) {
 } // namespace
 
 PixelScale pixel_scale(const Camera& camera) {
-    return scale_of(camera);
+    const PixelScale scale = any_scale_of(camera);
+    check_pixel_aspect(scale.y, scale.x);
+    return scale;
 }
 
 double circle_deformation(const Camera& camera) {
@@ -160,7 +151,7 @@ std::optional<long double> depth_with_coc(const CircleOfConfusion& circle, long 
 }
 
 SharpRange sharp_range(const CircleOfConfusion& circle, double acceptable_px) {
-    require_acceptable(acceptable_px);
+    require_length(acceptable_px, "acceptable_px");
     const auto bound = [&](Real diameter_px, Real otherwise) {
         return static_cast<double>(depth_with_coc(circle, diameter_px).value_or(otherwise));
     };
@@ -174,7 +165,7 @@ SharpRange sharp_range(const CircleOfConfusion& circle, double acceptable_px) {
 }
 
 double hyperfocal_distance(const Lens& lens, const Camera& camera, double acceptable_px) {
-    require_acceptable(acceptable_px);
+    require_length(acceptable_px, "acceptable_px");
     Lens anywhere = lens;
     anywhere.focus = static_cast<double>(infinity);
     const Optics o = optics(anywhere, camera);

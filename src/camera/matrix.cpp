@@ -5,11 +5,10 @@
 
 #include "camera/matrix.hpp"
 
-#include "text.hpp"
+#include "require.hpp"
 
 #include <cmath>
 #include <limits>
-#include <stdexcept>
 
 namespace fathom {
 namespace {
@@ -66,10 +65,8 @@ Matrix checked_inverse(const Matrix& matrix, const std::string& what) {
     const long double condition = inverse.allFinite() ? scaled.cwiseAbs().rowwise().sum().maxCoeff() *
                                                             inverse.cwiseAbs().rowwise().sum().maxCoeff()
                                                       : std::numeric_limits<long double>::infinity();
-    if (!(condition <= largest_condition)) {
-        throw std::invalid_argument(
-            text(what, " is singular: its condition number is ", condition, ", the limit is ", largest_condition));
-    }
+    require(condition <= largest_condition, what, " is singular: its condition number is ", condition,
+            ", the limit is ", largest_condition);
     return columns.asDiagonal() * inverse * rows.asDiagonal();
 }
 

@@ -4,12 +4,11 @@
 
 #include <fathom/precision.hpp>
 
-#include "text.hpp"
+#include "require.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <stdexcept>
 
 namespace fathom {
 namespace {
@@ -82,10 +81,8 @@ double attainable_depth(const Camera& camera, double x, double y) {
 }
 
 double pseudo_linear_bound(double nearest, double farthest) {
-    if (!(nearest > 0 && farthest >= nearest && std::isfinite(farthest))) {
-        throw std::invalid_argument(
-            text("depths from ", nearest, " to ", farthest, " must satisfy 0 < nearest <= farthest"));
-    }
+    require(nearest > 0 && farthest >= nearest && std::isfinite(farthest), "depths from ", nearest, " to ", farthest,
+            " must satisfy 0 < nearest <= farthest");
     const double difference = std::sqrt(farthest) - std::sqrt(nearest);
     return difference * difference;
 }

@@ -146,12 +146,6 @@ Real inverse_depth_at_middle(const Camera& camera, Storage storage, const DepthF
     return std::isfinite(q) ? q : 1;
 }
 
-// From the bound of z's error in t = |z − centre_depth| to that of q's in |q|, D the depth that one step of the ray
-// covers.
-Quadratic in_inverse_depth(const Quadratic& z, bool perspective, Real covered) {
-    return perspective ? Quadratic{z.square * covered, z.linear, z.constant / covered} : z;
-}
-
 } // namespace
 
 InverseDepthError inverse_depth_error(const Camera& camera, Storage storage) {
@@ -159,11 +153,11 @@ InverseDepthError inverse_depth_error(const Camera& camera, Storage storage) {
     const CentreRays rays = centre_rays(camera_rays(camera));
     const HalfStep step = half_step(camera, form, storage);
     Bounds all;
-    const auto keep = [](std::optional<Quadratic>& kept, const std::optional<Quadratic>& found, bool perspective,
-                         Real covered) {
-        if (!found)
+    // From the bound of z's error in t = |z − centre_depth| to that of q's in |q|, `covered` the depth that one step of the ray covers.
+    const auto keep = [&](std::optional<Quadratic>& kept, const std::optional<Quadratic>& z, Real covered) {
+        if (!z)
             return;
-        const Quadratic q = in_inverse_depth(*found, perspective, covered);
+        const Quadratic q = rays.perspective ? Quadratic{z->square * covered, z->linear, z->constant / covered} : *z;
         kept = kept ? worst(*kept, q) : q;
     };
     for (const Real x : {Real{0}, static_cast<Real>(camera.width)}) {
@@ -172,8 +166,8 @@ InverseDepthError inverse_depth_error(const Camera& camera, Storage storage) {
             if (!(covered > 0))
                 continue; // beyond the horizon of a tilted image plane
             const Bounds bounds = depth_error(form, step, rays, x, y);
-            keep(all.fixed, bounds.fixed, rays.perspective, covered);
-            keep(all.relative, bounds.relative, rays.perspective, covered);
+            keep(all.fixed, bounds.fixed, covered);
+            keep(all.relative, bounds.relative, covered);
         }
     }
     // Both hold. A float's step grows with its value, so the relative one is nearer to the truth unless what it adds for

@@ -13,6 +13,7 @@
 #include <limits>
 #include <numbers>
 #include <optional>
+#include <utility>
 
 namespace fathom::lens {
 namespace {
@@ -40,36 +41,26 @@ struct Seen {
     bool ahead = true; // do all lie before the face?
 };
 
-// Rays of a block of pixels, in rows, those on its border among them.
-class BlockRays {
-public:
-    BlockRays(const CameraLens& lens, const PixelBox& block) {
-        const auto steps = [](int pixels) { return std::clamp(pixels - 1, 1, places); };
-        const int across = steps(block.width()), down = steps(block.height());
-        for (int j = 0; j <= down; ++j)
-            for (int i = 0; i <= across; ++i) {
-                const auto at = [](int first, int pixels, int step, int count) {
-                    return first + 0.5 + std::round(1.0 * (pixels - 1) * step / count);
-                };
-                ++asked_;
-                if (const auto ray = lens.direction(at(block.left, block.width(), i, across),
-                                                    at(block.top, block.height(), j, down)))
-                    rays_.push_back(*ray);
-            }
-    }
-
-    const std::vector<Vector>& all() const { return rays_; }
-    double share() const { return static_cast<double>(rays_.size()) / asked_; }
-
-private:
-    std::vector<Vector> rays_;
-    int asked_ = 0;
-};
+// Rays of a block of pixels, in rows, those on its border among them; and the share of these pixels that have one.
+std::pair<std::vector<Vector>, double> rays_of(const CameraLens& lens, const PixelBox& block) {
+    const auto steps = [](int pixels) { return std::clamp(pixels - 1, 1, places); };
+    const auto at = [](int first, int pixels, int step, int count) {
+        return first + 0.5 + std::round(1.0 * (pixels - 1) * step / count);
+    };
+    const int across = steps(block.width()), down = steps(block.height());
+    std::vector<Vector> rays;
+    for (int j = 0; j <= down; ++j)
+        for (int i = 0; i <= across; ++i)
+            if (const auto ray =
+                    lens.direction(at(block.left, block.width(), i, across), at(block.top, block.height(), j, down)))
+                rays.push_back(*ray);
+    return {rays, static_cast<double>(rays.size()) / ((across + 1) * (down + 1))};
+}
 
 // The ray in the block's middle with its derivatives, or that nearest to the mean of its rays.
-std::optional<RayJets> middle_of(const CameraLens& lens, const PixelBox& block, const BlockRays& rays) {
+std::optional<RayJets> middle_of(const CameraLens& lens, const PixelBox& block, const std::vector<Vector>& rays) {
     Vector mean = Vector::Zero();
-    for (const Vector& ray : rays.all())
+    for (const Vector& ray : rays)
         mean += ray;
     const double x = 0.5 * (block.left + block.right), y = 0.5 * (block.top + block.bottom);
     if (const auto middle = lens.ray(x, y))
@@ -91,9 +82,9 @@ std::optional<RayJets> middle_of(const CameraLens& lens, const PixelBox& block, 
 }
 
 Seen seen_by_face(const CameraLens& lens, const PixelBox& block, bool along_axis) {
-    const BlockRays rays(lens, block);
+    const auto [rays, share] = rays_of(lens, block);
     Seen seen;
-    seen.rays = rays.share();
+    seen.rays = share;
     Face& face = seen.face;
     face.block = block;
     const auto middle = middle_of(lens, block, rays);
@@ -117,7 +108,7 @@ Seen seen_by_face(const CameraLens& lens, const PixelBox& block, bool along_axis
     double left = infinite, top = infinite, most_right = -infinite, bottom = -infinite;
     face.least = infinite;
     face.most = 0;
-    for (const Vector& ray : rays.all()) {
+    for (const Vector& ray : rays) {
         const Vector at = face.turn * ray;
         seen.angle = std::max(seen.angle, std::acos(std::clamp(at.z(), -1.0, 1.0)));
         seen.ahead &= at.z() > least_part_ahead;

@@ -18,7 +18,6 @@
 #include <deque>
 #include <mutex>
 #include <numbers>
-#include <span>
 
 namespace fathom {
 

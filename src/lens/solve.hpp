@@ -57,13 +57,6 @@ inline Jet tan(const Jet& a) {
     return sin(a) / cos(a);
 }
 
-inline double value_of(double a) {
-    return a;
-}
-inline double value_of(const Jet& a) {
-    return a.value;
-}
-
 /// How far a curve rises from 0 at 0, and how steeply it begins to.
 struct Rise {
     double end = 0, value = 0, slope = 0;

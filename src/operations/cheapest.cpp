@@ -5,7 +5,6 @@
 #include "description/check.hpp"
 #include "operations/parameters.hpp"
 #include "operations/ssao/ssao_method.hpp"
-#include "require.hpp"
 
 #include <algorithm>
 

@@ -5,7 +5,6 @@
 #include <fathom/normals.hpp>
 #include <fathom/ssao.hpp>
 
-#include <optional>
 #include <span>
 #include <string>
 #include <string_view>

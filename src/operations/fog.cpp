@@ -57,10 +57,6 @@ LensAxes rise_of_rays(const Camera& camera, const FogOptions& options) {
     return axes;
 }
 
-Real log2_of(Real density) {
-    return density > 0 ? std::log2(density) : nothing;
-}
-
 params::fog_params fog_parameters(const Camera& camera, const Rays& centred, const FogOptions& options,
                                   Arithmetic arithmetic) {
     params::fog_params p{};
@@ -73,7 +69,7 @@ params::fog_params fog_parameters(const Camera& camera, const Rays& centred, con
                                   per_step = -falloff * (up * world.direction);
         if (camera.lens) // whose rays come as how much they rise
             per_step << 0, -falloff, 0;
-        at_centre(2) += falloff * options.reference_height + log2_of(density);
+        at_centre(2) += falloff * options.reference_height + (density > 0 ? std::log2(density) : nothing);
         for (int i = 0; i < 3; ++i) {
             p.at_centre[i] = pack_wide(at_centre(i), arithmetic);
             p.per_step[i] = pack_wide(per_step(i), arithmetic);
@@ -122,9 +118,7 @@ void fog(const StoredDepth& stored, const Image& color, const Image& result, con
 
 Image fog(const StoredDepth& stored, const Image& color, const FogOptions& options, const Launch& launch) {
     check(stored, color, options);
-    const Image result(stored.image.device(), color.element(), {color.width(), color.height(), color.channels()});
-    fog(stored, color, result, options, launch);
-    return result;
+    return run_into_new_images(description::FogCall{.color = color, .options = options}, stored, launch).result;
 }
 
 } // namespace fathom

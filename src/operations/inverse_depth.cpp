@@ -65,8 +65,7 @@ void over_inverse_depth(
         const StoredDepth part = stored.region(0, band.first, width, band.last - band.first);
         const Image depth = inverse_depth(scratch, part, background),
                     made = result.region(0, band.begin, width, band.end - band.begin);
-        params::grid_params grid =
-            grid_parameters({depth, stored.camera, Storage::float32, part.x, part.y}, made, 0, width);
+        params::grid_params grid = grid_parameters(depth, made, 0, width, part.x, part.y);
         grid.y_begin = to_u32(band.begin - band.first);
         run(depth, made, grid);
     }

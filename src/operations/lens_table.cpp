@@ -37,15 +37,12 @@ LensKey lens_key(const Camera& camera, bool along_axis, const Eigen::Matrix3d& t
     return key;
 }
 
-bool needs_part_along_axis(const Camera& camera) {
-    return counted_along(camera) == Along::axis || has_plane_in_focus(camera);
-}
-
 KernelLens::KernelLens(const Device& device, const Camera& camera, const LensAxes& axes) {
     if (!camera.lens)
         return;
     along_ = counted_along(camera);
-    const bool along_axis = needs_part_along_axis(camera);
+    // Must rays be exact in their part along the view axis?
+    const bool along_axis = along_ == Along::axis || has_plane_in_focus(camera);
     const lens::CameraLens lens(camera); // refuses what is none, also where the table is kept
     table_ = runtime::kept<LensTable>(device, lens_key(camera, along_axis, axes.turn), [&] {
         const lens::Patches patches = lens::patches_of(lens, camera.width, camera.height, along_axis);

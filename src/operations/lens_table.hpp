@@ -34,9 +34,6 @@ struct LensKey {
 
 LensKey lens_key(const Camera& camera, bool along_axis, const Eigen::Matrix3d& turn = Eigen::Matrix3d::Identity());
 
-/// Must rays be exact in their part along the view axis?
-bool needs_part_along_axis(const Camera& camera);
-
 /// The axes of a result: from the camera's view space, and back again, and the camera centre in them.
 struct LensAxes {
     Eigen::Matrix3d turn = Eigen::Matrix3d::Identity();

@@ -60,8 +60,7 @@ void linearize(const StoredDepth& stored, const Image& result, const LinearizeOp
 
 ViewDepth linearize(const StoredDepth& stored, const LinearizeOptions& options, const Launch& launch) {
     check_stored(stored);
-    const Image result(stored.image.device(), Element::f32, {stored.image.width(), stored.image.height()});
-    linearize(stored, result, options, launch);
+    const Image result = run_into_new_images(description::LinearizeCall{.options = options}, stored, launch).result;
     return {result, stored.camera, stored.x, stored.y};
 }
 

@@ -1,10 +1,13 @@
-// Stored depth on the host in which pixels have the stored values of others: without holes, or with larger near surfaces.
+// Stored depth on the host in which pixels have other stored values: those of others, so that there are no holes or that near surfaces
+// are larger, or none, so that they do not count.
 
 #include <fathom/linearize.hpp>
 
 #include "description/check.hpp"
 #include "description/lens.hpp"
+#include "operations/invalid_value.hpp"
 #include "operations/parameters.hpp"
+#include "require.hpp"
 #include "runtime/scratch.hpp"
 
 #include <algorithm>
@@ -14,6 +17,22 @@
 
 namespace fathom {
 namespace {
+
+std::vector<std::byte> pixels_of(const Image& image) {
+    std::vector<std::byte> bytes(static_cast<std::size_t>(image.width()) * static_cast<std::size_t>(image.height()) *
+                                 static_cast<std::size_t>(image.channels()) * element_bytes(image.element()));
+    image.download(bytes.data());
+    return bytes;
+}
+
+// An image of its own for stored depth of the same size and type.
+StoredDepth with_own_image(const StoredDepth& stored) {
+    check_stored(stored);
+    StoredDepth made = stored;
+    made.image = Image(stored.image.device(), stored.image.element(),
+                       {stored.image.width(), stored.image.height(), stored.image.channels()});
+    return made;
+}
 
 // The pixels of stored depth on the host, and their view depths: for what gives a pixel the stored value of another one, which keeps
 // its bits.
@@ -26,10 +45,9 @@ struct MovedValues {
     std::vector<std::byte> values, moved; // as they are stored, and as they will be
 
     // Throws: as `check_result`, for an image that cannot take the result.
-    MovedValues(const StoredDepth& stored, const Image& result)
-        : image(stored.image), z(at(0, height)), values(at(0, height) * pixel) {
+    MovedValues(const StoredDepth& stored, const Image& result) : image(stored.image), z(at(0, height)) {
         check_result(stored, {"the result", result}, image.element(), layout);
-        image.download(values.data());
+        values = pixels_of(image);
         linearize(stored).image.download(z.data());
         moved = values;
     }
@@ -42,24 +60,7 @@ struct MovedValues {
     void take(std::size_t to, const std::vector<std::byte>& from, std::size_t other) {
         std::memcpy(&moved[to * pixel], &from[other * pixel], pixel);
     }
-
-    // Waits for the device.
-    void write(const Image& result) const {
-        const Device& device = image.device();
-        runtime::copy(Image::from_host(device, image.element(), moved.data(), layout), result);
-        device.finish();
-    }
 };
-
-// The same stored depth with an image of its own, which `make` fills.
-StoredDepth with_moved_values(const StoredDepth& stored, const auto& make) {
-    check_stored(stored);
-    StoredDepth made = stored;
-    made.image = Image(stored.image.device(), stored.image.element(),
-                       {stored.image.width(), stored.image.height(), stored.image.channels()});
-    make(made.image);
-    return made;
-}
 
 constexpr int none = -1;
 
@@ -102,11 +103,13 @@ void fill_invalid(const StoredDepth& stored, const Image& result) {
                 if (from != none && from != y)
                     pixels.take(pixels.at(x, y), pixels.moved, pixels.at(x, from));
             });
-    pixels.write(result);
+    runtime::copy_from_host(pixels.moved.data(), result);
 }
 
 StoredDepth fill_invalid(const StoredDepth& stored) {
-    return with_moved_values(stored, [&](const Image& result) { fill_invalid(stored, result); });
+    const StoredDepth made = with_own_image(stored);
+    fill_invalid(stored, made.image);
+    return made;
 }
 
 // Near surfaces become larger:
@@ -134,11 +137,46 @@ void grow_foreground(const StoredDepth& stored, const Image& result, int pixels)
             }
         }
     }
-    image.write(result);
+    runtime::copy_from_host(image.moved.data(), result);
 }
 
 StoredDepth grow_foreground(const StoredDepth& stored, int pixels) {
-    return with_moved_values(stored, [&](const Image& result) { grow_foreground(stored, result, pixels); });
+    const StoredDepth made = with_own_image(stored);
+    grow_foreground(stored, made.image, pixels);
+    return made;
+}
+
+namespace {
+
+// A float of either sign of 0 is 0, and all that remains of an integer is whether it has a bit.
+bool is_zero(Element element, const std::byte* value) {
+    std::uint32_t bits = 0;
+    std::memcpy(&bits, value, element_bytes(element));
+    const std::uint32_t sign = element == Element::f32 ? 0x80000000 : element == Element::f16 ? 0x8000 : 0;
+    return (bits & ~sign) == 0;
+}
+
+} // namespace
+
+StoredDepth ignore_pixels(const StoredDepth& stored, const Image& ignore) {
+    StoredDepth made = with_own_image(stored);
+    const Image& image = stored.image;
+    const int width = image.width(), height = image.height();
+    require(static_cast<bool>(ignore) && ignore.width() == width && ignore.height() == height && ignore.channels() == 1,
+            "ignore must have one number for each of the depth's ", width, " x ", height, " pixels");
+    std::vector<std::byte> values = pixels_of(image);
+    const std::vector<std::byte> mask = pixels_of(ignore);
+    const HostDepth on_host{values.data(), width, height, values.size() / static_cast<std::size_t>(height),
+                            stored.storage};
+    InvalidValue invalid(stored.camera, stored.storage);
+    invalid.see(on_host);
+    invalid.settle(made.camera);
+    invalid.write(values.data(), on_host, [&](int x, int y) {
+        const auto at = static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x);
+        return !is_zero(ignore.element(), &mask[at * element_bytes(ignore.element())]);
+    });
+    runtime::copy_from_host(values.data(), made.image);
+    return made;
 }
 
 } // namespace fathom

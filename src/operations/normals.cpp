@@ -2,11 +2,12 @@
 
 #include "operations/normals.hpp"
 
-#include "camera/form.hpp"
+#include "camera/rays.hpp"
 #include "description/check.hpp"
 #include "description/normals.hpp"
 #include "lens/camera_lens.hpp"
 #include "operations/cheapest.hpp"
+#include "operations/inverse_depth.hpp"
 #include "operations/lens_table.hpp"
 #include "operations/parameters.hpp"
 #include "require.hpp"
@@ -104,8 +105,7 @@ void set_rays(params::normal_params& p, const CentreRays& rays) {
     }
 }
 
-} // namespace
-
+// Constants of kernels/normals/normals.cl for rays in the axes of the result, or for those of a lens.
 params::normal_params normal_parameters(const CentreRays* rays, const InverseDepthError& error,
                                         const NormalsOptions& options) {
     params::normal_params p{};
@@ -118,8 +118,6 @@ params::normal_params normal_parameters(const CentreRays* rays, const InverseDep
     p.noise = static_cast<float>(options.noise);
     return p;
 }
-
-namespace {
 
 // Rows whose windows share lines, on a CPU: with 16 a 1080p image takes 2 % less time, and half as many threads find work.
 constexpr int rows_of_a_work_item = 8;
@@ -178,10 +176,7 @@ void normals(const StoredDepth& stored, const Image& result, const NormalsOption
 
 Image normals(const StoredDepth& stored, const NormalsOptions& options, const Launch& launch) {
     check(stored, options);
-    const Image result(stored.image.device(), Element::f32,
-                       {stored.image.width(), stored.image.height(), options.channels});
-    normals(stored, result, options, launch);
-    return result;
+    return run_into_new_images(description::NormalsCall{.options = options}, stored, launch).result;
 }
 
 Reach reach(const Tile& tile, const NormalsOptions& options) {

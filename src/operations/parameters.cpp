@@ -13,7 +13,6 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
-#include <stdexcept>
 
 namespace fathom {
 namespace {
@@ -59,22 +58,6 @@ void set_reciprocal(params::depth_params& p, const DepthForm& form) {
     p.pole_low = low(pole);
 }
 
-// A quotient of sums is the same in any unit: one that keeps the low parts of two floats away from the denormals, and
-// the largest sum away from infinity.
-long double unit_of_quotient(const DepthForm& form) {
-    if (form.form == Form::inverse_ray_distance)
-        return 0x1p24L; // the inverse of the largest float is no denormal then
-    if (form.form != Form::rational)
-        return 1;
-    const auto exponent = [](const Affine& row) {
-        long double largest = 0;
-        for (const long double coefficient : row)
-            largest = std::max(largest, std::abs(coefficient));
-        return std::ilogb(largest);
-    };
-    return std::ldexp(1.0L, std::min(40 - exponent(form.denominator), 100 - exponent(form.numerator)));
-}
-
 bool depends_on_pixel(const Affine& row) {
     return row[1] != 0 || row[2] != 0;
 }
@@ -100,6 +83,18 @@ Elements elements_of(const Image& image) {
 
 } // namespace
 
+long double unit_of_quotient(const DepthForm& form, const Affine& numerator, const Affine& denominator) {
+    if (form.form != Form::rational)
+        return 1;
+    const auto exponent = [](const Affine& row) {
+        long double largest = std::numeric_limits<long double>::min();
+        for (const long double coefficient : row)
+            largest = std::max(largest, std::abs(coefficient));
+        return std::ilogb(largest);
+    };
+    return std::ldexp(1.0L, std::min(40 - exponent(denominator), 100 - exponent(numerator)));
+}
+
 params::wide pack_wide(long double value, Arithmetic arithmetic) {
     if (arithmetic == Arithmetic::fp64)
         return std::bit_cast<params::wide>(static_cast<double>(value));
@@ -114,8 +109,9 @@ void pack_row(params::wide (&target)[4], const Affine& row, long double unit, Ar
 params::depth_params depth_parameters(const DepthForm& form, Storage storage, Background background,
                                       Arithmetic arithmetic) {
     params::depth_params p{};
-    const long double unit = unit_of_quotient(form);
     const bool inverse_ray = form.form == Form::inverse_ray_distance;
+    // The inverse of the largest float is no denormal then.
+    const long double unit = inverse_ray ? 0x1p24L : unit_of_quotient(form, form.numerator, form.denominator);
     pack_row(p.numerator, form.numerator, inverse_ray ? unit / params::inverse_ray_unit : unit, arithmetic);
     pack_row(p.denominator, form.denominator, unit, arithmetic);
     p.rate = pack_wide(form.rate, arithmetic);
@@ -186,20 +182,15 @@ void check_pixel(const char* name, ImageSize size, int x, int y) {
 
 void check_stored(const StoredDepth& stored) {
     const Image& image = stored.image;
-    if (!image)
-        throw std::invalid_argument("the stored depth has no image");
-    if (image.element() != element_of(stored.storage) || image.channels() != channels_of(stored.storage)) {
-        throw std::invalid_argument(text("the stored depth holds ", elements_of(image), " a pixel; ",
-                                         to_string(stored.storage), " takes ",
-                                         Elements{element_of(stored.storage), channels_of(stored.storage)}));
-    }
+    require(static_cast<bool>(image), "the stored depth has no image");
+    const Elements taken{element_of(stored.storage), channels_of(stored.storage)};
+    require(image.element() == taken.element && image.channels() == taken.count, "the stored depth holds ",
+            elements_of(image), " a pixel; ", to_string(stored.storage), " takes ", taken);
     const Camera& camera = stored.camera;
-    if (stored.x < 0 || stored.y < 0 || stored.x > camera.width - image.width() ||
-        stored.y > camera.height - image.height()) {
-        throw std::invalid_argument(text("the image (", size_of(image), " at ", stored.x, ", ", stored.y,
-                                         ") does not fit the camera's ", camera.width, " x ", camera.height,
-                                         " pixels"));
-    }
+    require(stored.x >= 0 && stored.y >= 0 && stored.x <= camera.width - image.width() &&
+                stored.y <= camera.height - image.height(),
+            "the image (", size_of(image), " at ", stored.x, ", ", stored.y, ") does not fit the camera's ",
+            camera.width, " x ", camera.height, " pixels");
 }
 
 void check_device(const StoredDepth& stored, const NamedImage& other) {
@@ -239,27 +230,18 @@ void check_result(const StoredDepth& stored, const NamedImage& result, Element e
         require(!image.overlaps(other.image), name, " shares memory with ", other.name);
 }
 
-bool check_asked(bool asked, const NamedImage& result) {
-    require(asked || !result.image, result.name, " has an image to be written into, but the options do not ask for it");
-    return asked;
-}
-
 void check_results(const StoredDepth& stored, const std::vector<description::Result>& results,
                    std::vector<NamedImage> others) {
     others.push_back({"the stored depth", stored.image});
     for (const description::Result& result : results) {
         const NamedImage named{result.name, *result.image};
-        if (!check_asked(result.wanted, named))
+        require(result.wanted || !named.image, named.name,
+                " has an image to be written into, but the options do not ask for it");
+        if (!result.wanted)
             continue;
         check_result(stored, named, result.shape.element, result.shape.layout, others);
         others.push_back(named);
     }
-}
-
-void make_results(const StoredDepth& stored, const std::vector<description::Result>& results) {
-    for (const description::Result& result : results)
-        if (result.wanted)
-            *result.image = Image(stored.image.device(), result.shape.element, result.shape.layout);
 }
 
 void check_result(const StoredDepth& stored, const Image& result, int channels) {
@@ -272,16 +254,16 @@ int element_define(Element element) {
     return defines[static_cast<std::size_t>(element)];
 }
 
-params::grid_params grid_parameters(const StoredDepth& stored, const Image& result, int begin, int end) {
-    return {stored.image.offset(),
+params::grid_params grid_parameters(const Image& source, const Image& result, int begin, int end, int x, int y) {
+    return {source.offset(),
             result.offset(),
-            to_u32(stored.image.row_stride()),
+            to_u32(source.row_stride()),
             to_u32(result.row_stride()),
             to_u32(begin),
             to_u32(end),
-            to_u32(stored.image.height()),
-            to_u32(stored.x),
-            to_u32(stored.y),
+            to_u32(source.height()),
+            to_u32(x),
+            to_u32(y),
             0};
 }
 

@@ -10,7 +10,6 @@
 #include <fathom/image.hpp>
 
 #include <concepts>
-#include <span>
 #include <vector>
 
 namespace fathom {
@@ -24,6 +23,10 @@ params::u32 to_u32(std::integral auto value) {
 params::wide pack_wide(long double value, Arithmetic arithmetic);
 /// The same for a row of constants, each times `unit`.
 void pack_row(params::wide (&target)[4], const Affine& row, long double unit, Arithmetic arithmetic);
+
+/// A quotient of sums is the same in any unit. This one keeps the low parts of two floats away from the denormals, and the largest
+/// sum away from infinity. Metric values are so large already that 1 is the only safe one.
+long double unit_of_quotient(const DepthForm& form, const Affine& numerator, const Affine& denominator);
 
 /// Constants of the depth decoder. Pure: no device.
 params::depth_params depth_parameters(const DepthForm& form, Storage storage, Background background,
@@ -53,21 +56,25 @@ struct NamedImage {
     const Image& image;
 };
 
-/// Is a result asked for? Throws: std::invalid_argument if it is not, and has an image all the same.
-bool check_asked(bool asked, const NamedImage& result);
-
 /// Can an operation on the stored depth write such an image there, without touching `others`, its inputs and other results?
 /// Throws: std::invalid_argument naming the image, what it is and what it must be.
 void check_result(const StoredDepth& stored, const NamedImage& result, Element element, const Layout& shape,
                   const std::vector<NamedImage>& others = {});
 
 /// The same for each of several results that is asked for. Each is another one's other.
-/// Throws: as `check_asked`, too.
+/// Throws: std::invalid_argument also for an image of one that is not.
 void check_results(const StoredDepth& stored, const std::vector<description::Result>& results,
                    std::vector<NamedImage> others);
 
-/// An image for each that is asked for.
-void make_results(const StoredDepth& stored, const std::vector<description::Result>& results);
+/// Runs a call, with a new image for each result that is asked for, and gives it back.
+template <typename Call>
+Call run_into_new_images(Call call, const StoredDepth& stored, const Launch& launch) {
+    for (const description::Result& result : description::results_of(call, stored))
+        if (result.wanted)
+            *result.image = Image(stored.image.device(), result.shape.element, result.shape.layout);
+    call.run(stored, launch);
+    return call;
+}
 
 /// The same for a result that has the size of the stored depth, a float in each channel, and may not share memory with
 /// it.
@@ -88,8 +95,11 @@ void check_picture_of_any_size(const StoredDepth& stored, const NamedImage& pict
 /// A picture's element, as kernels are built for it: ELEMENT of params.h.
 int element_define(Element element);
 
-/// Columns [begin, end) of the images.
-params::grid_params grid_parameters(const StoredDepth& stored, const Image& result, int begin, int end);
+/// Columns [begin, end) of the images, the first of which shows the camera's pixels from (x, y) on.
+params::grid_params grid_parameters(const Image& source, const Image& result, int begin, int end, int x = 0, int y = 0);
+inline params::grid_params grid_parameters(const StoredDepth& stored, const Image& result, int begin, int end) {
+    return grid_parameters(stored.image, result, begin, end, stored.x, stored.y);
+}
 
 /// Where an image of one float a pixel lies in its buffer.
 params::place_params place_parameters(const Image& image);

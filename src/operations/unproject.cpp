@@ -66,10 +66,7 @@ void unproject(const StoredDepth& stored, const Image& result, const UnprojectOp
 
 Image unproject(const StoredDepth& stored, const UnprojectOptions& options, const Launch& launch) {
     check(stored, options);
-    const Image result(stored.image.device(), Element::f32,
-                       {stored.image.width(), stored.image.height(), options.channels});
-    unproject(stored, result, options, launch);
-    return result;
+    return run_into_new_images(description::UnprojectCall{.options = options}, stored, launch).result;
 }
 
 Reach reach(const Tile&, const UnprojectOptions& options) {

@@ -64,10 +64,8 @@ StoredDepth upsample_along_edges(const StoredDepth& stored, const Image& color) 
                                      fine.data() +
                                          static_cast<std::size_t>(begin) * static_cast<std::size_t>(layout.width));
     });
-    const Device& device = stored.image.device();
-    const Image image(device, Element::f32, layout);
-    runtime::copy(Image::from_host(device, Element::f32, fine.data(), layout), image);
-    device.finish(); // `fine` ends here
+    const Image image(stored.image.device(), Element::f32, layout);
+    runtime::copy_from_host(fine.data(), image);
     Camera camera = stored.camera;
     camera.width = layout.width;
     camera.height = layout.height;

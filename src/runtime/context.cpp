@@ -17,7 +17,7 @@ namespace {
 struct Registry {
     std::mutex mutex;
     std::map<cl_device_id, std::shared_ptr<Context>> own;
-    std::map<std::pair<cl_context, cl_device_id>, std::weak_ptr<Context>> foreign;
+    std::map<std::pair<cl_context, cl_device_id>, std::weak_ptr<Context>> all;
 };
 
 Registry& registry() {
@@ -39,18 +39,17 @@ std::shared_ptr<Context> make(const cl::Context& context, const cl::Device& devi
 std::shared_ptr<Context> own_context(const cl::Device& device) {
     const auto lock = locked(registry().mutex);
     std::shared_ptr<Context>& own = registry().own[device()];
-    if (!own)
+    if (!own) {
         own = make(cl::Context(device), device);
+        registry().all[{own->context(), device()}] = own;
+    }
     return own;
 }
 
 std::shared_ptr<Context> context_for(const cl::Context& context, const cl::Device& device) {
     const auto lock = locked(registry().mutex);
-    const auto own = registry().own.find(device());
-    if (own != registry().own.end() && own->second && own->second->context() == context())
-        return own->second;
-    std::erase_if(registry().foreign, [](const auto& each) { return each.second.expired(); });
-    std::weak_ptr<Context>& known = registry().foreign[{context(), device()}];
+    std::erase_if(registry().all, [](const auto& each) { return each.second.expired(); });
+    std::weak_ptr<Context>& known = registry().all[{context(), device()}];
     std::shared_ptr<Context> found = known.lock();
     if (!found)
         known = found = make(context, device);

@@ -175,19 +175,15 @@ DeviceOptions completed(DeviceOptions options, const DeviceInfo& info) {
                                                                                  : 16;
     if (options.group_size == 0)
         options.group_size = 64;
-    if (options.arithmetic == Arithmetic::automatic) {
+    if (options.arithmetic == Arithmetic::automatic)
         options.arithmetic = info.fp64 ? Arithmetic::fp64 : Arithmetic::two_float;
-    }
-    if (options.vector_width != 1 && options.vector_width != 4 && options.vector_width != 8 &&
-        options.vector_width != 16) {
-        throw std::invalid_argument(text("vector_width = ", options.vector_width, " must be 1, 4, 8 or 16"));
-    }
-    if (options.group_size < 1 || options.group_size > 1024) {
-        throw std::invalid_argument(text("group_size = ", options.group_size, " must be 1 to 1024"));
-    }
-    if (options.arithmetic == Arithmetic::fp64 && !info.fp64) {
-        throw std::invalid_argument(text("arithmetic = fp64: ", info.name, " has no double; use two_float"));
-    }
+    require(options.vector_width == 1 || options.vector_width == 4 || options.vector_width == 8 ||
+                options.vector_width == 16,
+            "vector_width = ", options.vector_width, " must be 1, 4, 8 or 16");
+    require(options.group_size >= 1 && options.group_size <= 1024, "group_size = ", options.group_size,
+            " must be 1 to 1024");
+    require(options.arithmetic != Arithmetic::fp64 || info.fp64, "arithmetic = fp64: ", info.name,
+            " has no double; use two_float");
     return options;
 }
 

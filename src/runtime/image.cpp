@@ -11,10 +11,8 @@
 #include <algorithm>
 #include <array>
 #include <cstdint>
-#include <cstdlib>
 #include <limits>
 #include <memory>
-#include <stdexcept>
 #include <tuple>
 
 namespace fathom {
@@ -27,10 +25,8 @@ std::size_t row_elements(const Layout& layout) {
 }
 
 void check(const Layout& layout) {
-    if (layout.width < 1 || layout.height < 1 || layout.channels < 1) {
-        throw std::invalid_argument(text("an image of ", layout.width, " x ", layout.height, " pixels and ",
-                                         layout.channels, " channels: all must be at least 1"));
-    }
+    require(layout.width >= 1 && layout.height >= 1 && layout.channels >= 1, "an image of ", layout.width, " x ",
+            layout.height, " pixels and ", layout.channels, " channels: all must be at least 1");
     constexpr std::size_t most = std::numeric_limits<std::size_t>::max() / 16; // elements that can be counted in bytes
     const std::size_t row = row_elements(layout), stride = std::max(layout.row_stride, row);
     require(layout.row_stride == 0 || layout.row_stride >= row, "row_stride = ", layout.row_stride,
@@ -191,10 +187,9 @@ Image Image::onto_host(const Device& device, Element element, void* data, Layout
 
 Image Image::region(int x, int y, int width, int height) const {
     require(buffer_ != nullptr, "a region of an Image that is none");
-    if (x < 0 || y < 0 || width < 1 || height < 1 || x > layout_.width - width || y > layout_.height - height) {
-        throw std::invalid_argument(text("region = (", x, ", ", y, ", ", width, ", ", height,
-                                         ") reaches beyond the image of ", layout_.width, " x ", layout_.height));
-    }
+    require(x >= 0 && y >= 0 && width >= 1 && height >= 1 && x <= layout_.width - width && y <= layout_.height - height,
+            "region = (", x, ", ", y, ", ", width, ", ", height, ") reaches beyond the image of ", layout_.width, " x ",
+            layout_.height);
     Image part = *this;
     part.offset_ += static_cast<std::size_t>(y) * layout_.row_stride +
                     static_cast<std::size_t>(x) * static_cast<std::size_t>(layout_.channels);

@@ -4,7 +4,6 @@
 #include "runtime/launch.hpp"
 
 #include "require.hpp"
-#include "runtime/pocl.hpp"
 
 #include <algorithm>
 #include <array>
@@ -34,9 +33,7 @@ std::string bare_type(std::string_view reported) {
     return type;
 }
 
-void check(Kernel& kernel, const std::vector<std::string>& types, std::size_t group) {
-    if (kernel.compiled)
-        check_linked(*kernel.compiled, kernel.name, group);
+void check(Kernel& kernel, const std::vector<std::string>& types) {
     const auto declared = kernel.kernel.getInfo<CL_KERNEL_NUM_ARGS>();
     if (declared != types.size()) {
         throw Error(text(kernel.description, " takes ", declared, " arguments and was given ", types.size()));

@@ -41,8 +41,8 @@ const Params& argument_value(const Params& params) {
 std::string bare_type(std::string_view reported);
 
 /// Compares the kernel's own declaration with what it is given, once: PoCL accepts any struct, whatever its name. That a
-/// struct has the same size on both sides is what PARAMS in params.h asserts. PoCL also has to have a linker, or the kernel.
-void check(Kernel& kernel, const std::vector<std::string>& types, std::size_t group);
+/// struct has the same size on both sides is what PARAMS in params.h asserts.
+void check(Kernel& kernel, const std::vector<std::string>& types);
 
 /// Work-items per group: as many as the device's options say, if the kernel allows so many. Results do not depend on it.
 std::size_t group_size(const Device& device, Kernel& kernel);
@@ -57,7 +57,7 @@ void launch(const Device& device, Kernel& kernel, Range range, const Arguments&.
         const std::size_t rounded = (range.x + group - 1) / group * group;
         if (const unsigned of_grid = build_of_grid(rounded, range.y); !(kernel.builds & of_grid)) {
             if (!kernel.builds)
-                check(kernel, {argument_type(arguments)...}, group);
+                check(kernel, {argument_type(arguments)...});
             compile_kernel(device, kernel, {std::is_same_v<Arguments, Image> ? 0 : sizeof arguments...},
                            {rounded, range.y}, group);
             kernel.builds |= of_grid;

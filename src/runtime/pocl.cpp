@@ -7,7 +7,6 @@
 
 #include <fathom/error.hpp>
 
-#include <algorithm>
 #include <atomic>
 #include <cerrno>
 #include <chrono>
@@ -226,43 +225,9 @@ void check_pocl_folder(const std::string& file, bool has_failed) {
         throw Error(text("kernels/", file, " is not compiled: PoCL keeps what it compiles in ", described(refusal)));
 }
 
-// Each lies two folders deep, and its file last_accessed is written anew whenever it is built or found.
-PoclPrograms pocl_programs() {
-    PoclPrograms programs;
-    if (linker_refusal().empty())
-        return programs;
-    std::error_code ignored;
-    for (fs::recursive_directory_iterator each(pocl_folder(), ignored), end; each != end; each.increment(ignored))
-        if (each.depth() == 1) {
-            each.disable_recursion_pending();
-            if (const auto used = fs::last_write_time(each->path() / "last_accessed", ignored); !ignored)
-                programs.emplace(each->path(), used);
-        }
-    return programs;
-}
-
-std::vector<fs::path> used_since(const PoclPrograms& before) {
-    std::vector<fs::path> programs;
-    for (const auto& [path, used] : pocl_programs())
-        if (const auto found = before.find(path); found == before.end() || found->second != used)
-            programs.push_back(path);
-    return programs;
-}
-
-void check_linked(const std::vector<fs::path>& programs, const std::string& kernel, std::size_t group) {
-    if (linker_refusal().empty())
-        return;
-    // PROGRAM/KERNEL/64-1-1-goffs0-smallgrid/KERNEL.so
-    for (const fs::path& program : programs) {
-        std::error_code ignored;
-        for (const fs::directory_entry& built : fs::directory_iterator(program / kernel, ignored))
-            if (built.path().filename().string().starts_with(text(group, "-1-1")) &&
-                fs::exists(built.path() / (kernel + ".so"), ignored))
-                return;
-    }
-    throw NoDevice(text("PoCL has not compiled the kernel ", kernel, " yet, and ", linker_refusal(),
-                        "; install the package binutils, or let POCL_CACHE_DIR name a folder in which it has compiled "
-                        "it"));
+void check_linker() {
+    if (const std::string& refusal = linker_refusal(); !refusal.empty())
+        throw NoDevice("PoCL compiles no kernel, since " + refusal + "; install the package binutils");
 }
 
 } // namespace fathom::runtime

@@ -1,9 +1,7 @@
 #pragma once
 
 #include <filesystem>
-#include <map>
 #include <string>
-#include <vector>
 
 /// What PoCL needs beside itself: a folder for what it compiles, and a linker. It says little where one of them is missing, or
 /// ends the process, so that both are looked for first.
@@ -40,15 +38,7 @@ PoclRefusal pocl_refusal();
 /// it cannot write at all, once a build has failed.
 void check_pocl_folder(const std::string& file, bool has_failed);
 
-/// When each of PoCL's programs was last used, by its folder. Nothing where there is a linker that works.
-using PoclPrograms = std::map<std::filesystem::path, std::filesystem::file_time_type>;
-PoclPrograms pocl_programs();
-
-/// The folders of those that have been used since.
-std::vector<std::filesystem::path> used_since(const PoclPrograms& before);
-
-/// Throws: NoDevice if there is no linker that works and none of the programs holds the kernel, compiled for groups of this size: PoCL
-/// would end the process.
-void check_linked(const std::vector<std::filesystem::path>& programs, const std::string& kernel, std::size_t group);
+/// Throws: NoDevice if there is no linker that works, without which PoCL would end the process.
+void check_linker();
 
 } // namespace fathom::runtime

@@ -103,18 +103,18 @@ Build build(const cl::Context& context, const cl::Device& device, const std::str
 namespace {
 
 // Under the context's lock, so that two threads do not build the same.
-const Program& program(const Device& device, const std::string& file, const std::string& options) {
+const cl::Program& program(const Device& device, const std::string& file, const std::string& options) {
     Context& context = *device.state().shared;
     const bool pocl = device.info().platform == "Portable Computing Language";
     const auto lock = locked(context.programs_mutex);
     const std::string key = file + ' ' + options;
     if (const auto found = context.programs.find(key); found != context.programs.end())
         return found->second;
-    if (pocl)
+    if (pocl) {
+        check_linker();
         check_pocl_folder(file, false);
-    if (pocl)
         compile_program(device, file, options);
-    const PoclPrograms before = pocl ? pocl_programs() : PoclPrograms();
+    }
     const auto [built, succeeded] = build(context.context, context.device, file, options, pocl);
     if (!succeeded) {
         if (pocl)
@@ -128,8 +128,7 @@ const Program& program(const Device& device, const std::string& file, const std:
         throw Error(text("kernels/", file, " does not build on ", device.info().name, " with ", options,
                          "; try another device or driver, or report this:\n", log));
     }
-    return context.programs.emplace(key, Program{built, pocl ? std::optional(used_since(before)) : std::nullopt})
-        .first->second;
+    return context.programs.emplace(key, built).first->second;
 }
 
 } // namespace
@@ -147,11 +146,9 @@ Kernel& kernel(const Device& device, const std::string& name, Defines defines, c
     }
     const std::string file = file_of(program_name.empty() ? name : program_name);
     const auto make = [&]() -> Kernel& {
-        const Program& of = program(device, file, options);
-        const cl::Kernel made(of.program, name.c_str());
+        const cl::Kernel made(program(device, file, options), name.c_str());
         const auto lock = locked(state.mutex);
-        return state.kernels
-            .emplace(key, Kernel{made, name, file, options, text("kernels/", file, ' ', options), of.compiled})
+        return state.kernels.emplace(key, Kernel{made, name, file, options, text("kernels/", file, ' ', options)})
             .first->second;
     };
     return ask(device, make, "refused kernels/", file);

@@ -4,9 +4,7 @@
 
 #include <fathom/device.hpp>
 
-#include <filesystem>
 #include <map>
-#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -36,9 +34,7 @@ using Defines = std::vector<std::pair<const char*, int>>;
 struct Kernel {
     cl::Kernel kernel;
     std::string name, file, options;
-    std::string description; ///< for messages: the file and its choices
-    std::optional<std::vector<std::filesystem::path>> compiled =
-        {};                      ///< where PoCL has it, if it is PoCL's: runtime/pocl.hpp
+    std::string description;     ///< for messages: the file and its choices
     unsigned builds = 0;         ///< that were compiled (runtime/compiler.hpp), after its arguments were checked
     std::size_t group_limit = 0; ///< work-items per group that the device allows it; 0: not asked yet
 };

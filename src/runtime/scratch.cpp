@@ -2,8 +2,6 @@
 
 #include "runtime/scratch.hpp"
 
-#include "runtime/memory.hpp"
-
 #include <algorithm>
 #include <array>
 
@@ -125,6 +123,11 @@ void copy(const Image& from, const Image& to) {
         copy_row(rows - 1);
     };
     ask(from.device(), start, "cannot copy an image");
+}
+
+void copy_from_host(const void* from, const Image& to) {
+    copy(Image::from_host(to.device(), to.element(), from, {to.width(), to.height(), to.channels()}), to);
+    to.device().finish();
 }
 
 } // namespace fathom::runtime

@@ -31,4 +31,7 @@ private:
 /// Copies an image to another one of its size and type.
 void copy(const Image& from, const Image& to);
 
+/// Copies such pixels of the host, whose rows lie without a gap, and waits for the device.
+void copy_from_host(const void* from, const Image& to);
+
 } // namespace fathom::runtime

@@ -7,14 +7,11 @@
 #include <fathom/error.hpp>
 #include <fathom/image.hpp>
 
-#include <filesystem>
 #include <list>
 #include <map>
 #include <memory>
 #include <mutex>
-#include <optional>
 #include <string>
-#include <vector>
 
 namespace fathom {
 namespace runtime {
@@ -26,19 +23,13 @@ struct Kept {
     std::shared_ptr<const void> value;
 };
 
-/// A program that was built, and where PoCL keeps it.
-struct Program {
-    cl::Program program;
-    std::optional<std::vector<std::filesystem::path>> compiled;
-};
-
 /// A context with one of its devices, and what was made for them once: every `Device` of the two shares it.
 struct Context {
     cl::Context context;
     cl::Device device;
 
     std::mutex programs_mutex; // held while a program is built
-    std::map<std::string, Program> programs;
+    std::map<std::string, cl::Program> programs;
     std::mutex kept_mutex;
     std::list<Kept> kept; // runtime/table.hpp: the last used first
 };

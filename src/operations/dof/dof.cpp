@@ -1,6 +1,6 @@
 // Depth of field, in bands of rows: circles, planes of layer and colour, then layer by layer from front to back.
 
-#include "operations/dof/dof.hpp"
+#include <fathom/dof.hpp>
 
 #include "camera/circle_form.hpp"
 #include "camera/form.hpp"
@@ -10,7 +10,6 @@
 #include "operations/cheapest.hpp"
 #include "operations/dof/dof_aperture.hpp"
 #include "operations/dof/dof_layers.hpp"
-#include "operations/dof/tile_grid.hpp"
 #include "operations/dof_masks/dof_masks.hpp"
 #include "operations/parameters.hpp"
 #include "require.hpp"
@@ -117,16 +116,7 @@ params::blur_params blur_parameters(const Tile& tile, const LayerScale& scale, c
 }
 
 params::grid_params grid(const Image& source, const Image& target) {
-    return {.source_offset = source.offset(),
-            .target_offset = target.offset(),
-            .source_stride = static_cast<u32>(source.row_stride()),
-            .target_stride = static_cast<u32>(target.row_stride()),
-            .x_begin = 0,
-            .x_end = static_cast<u32>(source.width()),
-            .height = static_cast<u32>(source.height()),
-            .pixel_x = 0,
-            .pixel_y = 0,
-            .y_begin = 0};
+    return grid_parameters(source, target, 0, source.width());
 }
 
 // Planes of the state: T, colour, what is hidden and its colour, T before the layer. Then follow the part of T that is
@@ -179,6 +169,23 @@ std::size_t without_tables(std::size_t budget) {
     return budget - budget / 16;
 }
 
+// Bytes between the passes.
+struct DofBytes {
+    std::size_t band = std::size_t{200} << 20;        // that the images of a band of rows take, where that is enough
+    std::size_t layer = sizeof(float) * layer_floats; // that a layer's own passes hand to one another, twice
+};
+
+// Those that keep to a device's budget.
+DofBytes dof_bytes(std::size_t budget) {
+    DofBytes bytes;
+    if (budget == 0)
+        return bytes;
+    bytes.layer = std::clamp(budget / 8, std::size_t{2} << 20, bytes.layer);
+    const std::size_t images = without_tables(budget);
+    bytes.band = std::min(bytes.band, images > 2 * bytes.layer ? images - 2 * bytes.layer : 0);
+    return bytes;
+}
+
 // Throws: Error if a band's images, and what a layer's own passes hand to one another, take more than the device's budget.
 void check_budget(const Device& device, const ImageSize& size, std::size_t images, std::size_t layer) {
     const std::size_t budget = device.options().memory_budget;
@@ -198,22 +205,13 @@ int words_of(int tiles_across, int tiles_down) {
     return static_cast<int>(TileBits{}.size()) * tiles_across * tiles_down;
 }
 
+// Of the first surfaces; or, for tiles of dof_hiding_columns, of what hides something and of what that hides.
 std::vector<TileBits> tile_bits(const Blur& blur, const Image& tiles, int across, bool hiding) {
     const auto columns = static_cast<std::size_t>(across), rows = static_cast<std::size_t>(blur.down());
     blur.launch("dof_tiles", {{"HIDING", hiding}}, {columns, rows}, blur.planes, tiles, blur.p);
     std::vector<TileBits> bits(columns * rows);
     tiles.region(0, 0, words_of(across, blur.down()), 1).download(bits.data());
     return bits;
-}
-
-// Of the first surfaces.
-std::vector<TileBits> tile_bits(const Blur& blur) {
-    return tile_bits(blur, blur.tiles, blur.across(), false);
-}
-
-// Of what hides something and of what that hides, for tiles of dof_hiding_columns.
-std::vector<TileBits> hiding_bits(const Blur& blur) {
-    return tile_bits(blur, blur.hiding, blur.hiding_across(), true);
 }
 
 // Gives every pixel its second surface: what lies behind it.
@@ -264,7 +262,7 @@ std::vector<TileBits> cut_into_surfaces(const Blur& blur, const StoredDepth& sto
     unmix(blur, color);
     if (options.clean_plate)
         cut_into_planes(blur, options.clean_plate->depth, options.clean_plate->color, coc, options, true);
-    std::vector<TileBits> tiles = tile_bits(blur);
+    std::vector<TileBits> tiles = tile_bits(blur, blur.tiles, blur.across(), false);
     if (blur.looks_behind)
         look_behind(blur, farthest_layer(tiles));
     return tiles;
@@ -373,7 +371,7 @@ void blur_band(Blur call, const StoredDepth& stored, const Image& color, const I
         call.p.areas = 0; // same bits, less to read
     std::vector<TileBits> hiding;
     if (call.behind()) {
-        hiding = hiding_bits(call);
+        hiding = tile_bits(call, call.hiding, call.hiding_across(), true);
         add_hidden(tiles, hiding);
         call.tiles = runtime::table(call.device, Element::u32, tiles).on(call.device);
     }
@@ -452,8 +450,9 @@ void take_images(Blur& call, runtime::Scratch& scratch, const PlaneCounts& count
 
 // Blurs a picture that has a circle somewhere, `widest` the widest one.
 void blur_circles(const StoredDepth& stored, const Image& color, const Image& result, const CircleOfConfusion& coc,
-                  const DofOptions& options, double widest, const DofBytes& allowed) {
+                  const DofOptions& options, double widest) {
     const Device& device = stored.image.device();
+    const DofBytes allowed = dof_bytes(device.options().memory_budget);
     const Quality quality = std::get<Quality>(options.quality);
     const LayerScale scale = scale_of(options);
     const params::blur_params whole = blur_parameters(stored, scale, options);
@@ -510,6 +509,22 @@ void blur_circles(const StoredDepth& stored, const Image& color, const Image& re
     }
 }
 
+void blur(const StoredDepth& stored, const Image& color, const Image& result, const CircleOfConfusion& coc,
+          const DofOptions& options) {
+    if (coc.k == 0 && coc.g == 0) {
+        check_circle(coc, depth_form(straightened(stored.camera), stored.storage));
+        return runtime::copy(color, result);
+    }
+    const auto widest = [&](const StoredDepth& depth) {
+        return static_cast<double>(widest_coc(depth, coc, circle_options(options)));
+    };
+    const double seen = widest(stored);
+    if (seen <= largest_in_focus(layer_spacing(std::get<Quality>(options.quality), options.aperture)))
+        return runtime::copy(color, result);
+    blur_circles(stored, color, result, coc, options,
+                 options.clean_plate ? std::max(seen, widest(options.clean_plate->depth)) : seen);
+}
+
 void check_dof_result(const StoredDepth& stored, const Image& color, const Image& result, const DofOptions& options) {
     const Image none;
     check_result(stored, {"the result", result}, color.element(), {color.width(), color.height(), color.channels()},
@@ -526,32 +541,6 @@ DofOptions settled(const Tile& tile, const DofOptions& options) {
 
 } // namespace
 
-DofBytes dof_bytes(std::size_t budget) {
-    DofBytes bytes;
-    if (budget == 0)
-        return bytes;
-    bytes.layer = std::clamp(budget / 8, std::size_t{2} << 20, bytes.layer);
-    const std::size_t images = without_tables(budget);
-    bytes.band = std::min(bytes.band, images > 2 * bytes.layer ? images - 2 * bytes.layer : 0);
-    return bytes;
-}
-
-void blur(const StoredDepth& stored, const Image& color, const Image& result, const CircleOfConfusion& coc,
-          const DofOptions& options, const DofBytes& allowed) {
-    if (coc.k == 0 && coc.g == 0) {
-        check_circle(coc, depth_form(straightened(stored.camera), stored.storage));
-        return runtime::copy(color, result);
-    }
-    const auto widest = [&](const StoredDepth& depth) {
-        return static_cast<double>(widest_coc(depth, coc, circle_options(options)));
-    };
-    const double seen = widest(stored);
-    if (seen <= largest_in_focus(layer_spacing(std::get<Quality>(options.quality), options.aperture)))
-        return runtime::copy(color, result);
-    blur_circles(stored, color, result, coc, options,
-                 options.clean_plate ? std::max(seen, widest(options.clean_plate->depth)) : seen, allowed);
-}
-
 void dof(const StoredDepth& stored, const Image& color, const Image& result, const CircleOfConfusion& circle,
          const DofOptions& options, const Launch& launch) {
     check(stored, color, options);
@@ -559,16 +548,16 @@ void dof(const StoredDepth& stored, const Image& color, const Image& result, con
         return dof(stored, color, result, circle, chosen(stored, options), launch);
     check_dof_result(stored, color, result, options);
     const runtime::Launched launched(stored.image.device(), launch);
-    blur(stored, color, result, circle, options, dof_bytes(stored.image.device().options().memory_budget));
+    blur(stored, color, result, circle, options);
     launched.done();
 }
 
 Image dof(const StoredDepth& stored, const Image& color, const CircleOfConfusion& circle, const DofOptions& options,
           const Launch& launch) {
     check(stored, color, options);
-    const Image result(stored.image.device(), color.element(), {color.width(), color.height(), color.channels()});
-    dof(stored, color, result, circle, options, launch);
-    return result;
+    return run_into_new_images(description::DofCall{.color = color, .circle = circle, .options = options}, stored,
+                               launch)
+        .result;
 }
 
 Reach reach(const Tile& tile, const DofOptions& asked, double widest_coc_px) {

@@ -44,13 +44,13 @@ using TileBits = std::array<params::u32, params::dof_tile_words>;
 inline constexpr int bright_bit = 32 * params::dof_tile_words - 1, jump_bit = bright_bit - 2, area_bit = jump_bit - 1,
                      most_layers = area_bit;
 
-inline bool has_bit(const TileBits& tile, int bit) {
-    return (tile[static_cast<std::size_t>(bit / 32)] >> (bit % 32) & 1) != 0;
-}
+bool any_with(std::span<const TileBits> tiles, int bit);
 
-inline void set_bit(TileBits& tile, int bit) {
-    tile[static_cast<std::size_t>(bit / 32)] |= params::u32{1} << (bit % 32);
-}
+/// The farthest layer that a pixel may lie in.
+int farthest_layer(std::span<const TileBits> tiles);
+
+/// Adds the second surfaces to the tiles of the first ones. Where something is hidden, something ends.
+void add_hidden(std::vector<TileBits>& tiles, const std::vector<TileBits>& hiding);
 
 /// A launch of kernels/dof/dof_strips.cl, unless the pixels are read directly, and of dof_gather.cl beside it. Where pixels are
 /// read directly and the quality is not accurate, a launch is of several layers, the first in `gather`: after its tile an
@@ -92,11 +92,6 @@ struct LayerPlanOptions {
         false; ///< accurate only: in tiles that see nothing hidden all of the lens is open, and no parts are kept
     std::vector<unsigned char> only = {}; ///< the tiles to work on are not 0; all of them if empty
 };
-
-/// Does a plan keep parts of the lens?
-inline bool keeps_parts(const LayerPlanOptions& options) {
-    return options.quality == Quality::accurate && !options.open;
-}
 
 /// The tiles in whose pixels' apertures some pixel has a second surface; `hiding` has the layers of those pixels and of what is
 /// behind them, for tiles of dof_hiding_columns, `across` of them in a row.

@@ -2,6 +2,7 @@
 
 #include "operations/dof_masks/dof_masks.hpp"
 
+#include "camera/form.hpp"
 #include "operations/parameters.hpp"
 
 #include <algorithm>
@@ -24,20 +25,6 @@ Affine divided(Affine row, Real by) {
     return row;
 }
 
-// A quotient is the same in any unit: one in which the low parts of two floats are no denormals. Metric values are so large
-// already that 1 is the only safe one.
-Real unit_of(const DepthForm& form, const Affine& numerator, const Affine& denominator) {
-    if (form.form != Form::rational)
-        return 1;
-    const auto exponent = [](const Affine& row) {
-        Real largest = std::numeric_limits<Real>::min();
-        for (const Real coefficient : row)
-            largest = std::max(largest, std::abs(coefficient));
-        return std::ilogb(largest);
-    };
-    return std::ldexp(Real{1}, std::min(40 - exponent(denominator), 100 - exponent(numerator)));
-}
-
 void set_recentred(params::circle_params& p, const DepthForm& form, const CircleOfConfusion& circle) {
     const Real inverse = form.denominator[0] / form.numerator[3], rest = form.denominator[3] / form.numerator[3];
     const bool far_is_low = inverse > 0;
@@ -57,14 +44,10 @@ void set_sums(params::circle_params& p, const DepthForm& form, const CircleOfCon
         pack_row(p.numerator, divided(circle.telecentric ? numerator : m, denominator[3]), 1, arithmetic);
         return;
     }
-    const Real unit = unit_of(form, numerator, denominator);
+    const Real unit = unit_of_quotient(form, numerator, denominator);
     pack_row(p.numerator, numerator, unit, arithmetic);
     pack_row(p.denominator, denominator, unit, arithmetic);
     pack_row(p.in_front, m, unit, arithmetic);
-}
-
-float clamped(Real circle, float largest) {
-    return std::clamp(static_cast<float>(circle), -largest, largest);
 }
 
 } // namespace
@@ -86,7 +69,8 @@ params::circle_params circle_parameters(const DepthForm& form, const CircleOfCon
     p.k = pack_wide(circle.k, arithmetic);
     p.g = pack_wide(circle.g, arithmetic);
     p.largest = static_cast<float>(options.max_coc_px);
-    p.infinite = clamped(coc_at(circle, std::numeric_limits<Real>::infinity()), p.largest);
+    p.infinite =
+        std::clamp(static_cast<float>(coc_at(circle, std::numeric_limits<Real>::infinity())), -p.largest, p.largest);
     p.sky = options.sky == Sky::blur    ? p.infinite
             : options.sky == Sky::sharp ? 0.0f
                                         : std::numeric_limits<float>::quiet_NaN();

@@ -157,10 +157,7 @@ void dof_masks(const StoredDepth& stored, const DofMasks& results, const CircleO
 DofMasks dof_masks(const StoredDepth& stored, const CircleOfConfusion& circle, const DofMasksOptions& options,
                    const Launch& launch) {
     checked_form(stored, circle, options);
-    description::DofMasksCall call{.options = options};
-    make_results(stored, description::results_of(call, stored));
-    dof_masks(stored, call.results, circle, options, launch);
-    return call.results;
+    return run_into_new_images(description::DofMasksCall{.circle = circle, .options = options}, stored, launch).results;
 }
 
 Reach reach(const Tile& tile, const DofMasksOptions& options, double widest_coc_px) {

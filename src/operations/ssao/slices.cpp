@@ -59,6 +59,13 @@ constexpr double few_samples_to_px = 32, few_shift = -0.1, few_spread = 0.75;
 // Samples grow from this radius on.
 constexpr double growth_from_px = 48;
 
+// Samples on a side whose radius covers so many pixels: `samples`, beyond `growth_from_px` times the radius to the power `growth`,
+// and never more than there are pixels.
+int samples_within(double radius_px, int samples, double growth) {
+    const double times = std::clamp(std::sqrt(radius_px / growth_from_px), 1.0, growth);
+    return static_cast<int>(std::min(std::round(samples * times), std::ceil(radius_px)));
+}
+
 // A slice of one jitter pattern: its direction on the screen, fraction of the radius, and rounding of its sectors.
 struct Turn {
     double cosine, sine, of_radius, rounding;
@@ -147,11 +154,6 @@ private:
 };
 
 } // namespace
-
-int samples_within(double radius_px, int samples, double growth) {
-    const double times = std::clamp(std::sqrt(radius_px / growth_from_px), 1.0, growth);
-    return static_cast<int>(std::min(std::round(samples * times), std::ceil(radius_px)));
-}
 
 SliceTable slice_table(const Counts& counts, int largest_radius, double falloff, std::uint32_t seed,
                        PlaneLayout place) {

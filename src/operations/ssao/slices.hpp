@@ -38,10 +38,6 @@ struct PlaneLayout {
     int stride, plane;
 };
 
-/// Samples on a side whose radius covers so many pixels: `samples`, beyond `growth_from_px` times the radius to the power `growth`,
-/// and never more than there are pixels.
-int samples_within(double radius_px, int samples, double growth);
-
 /// Pure: no device. Even numbers of slices without jitter are invariant under quarter turns and mirrors.
 SliceTable slice_table(const Counts& counts, int largest_radius, double falloff, std::uint32_t seed, PlaneLayout place);
 

@@ -158,10 +158,7 @@ void ssao(const StoredDepth& stored, const Occlusion& results, double radius, co
 
 Occlusion ssao(const StoredDepth& stored, double radius, const SsaoOptions& options, const Launch& launch) {
     check(stored, radius, options);
-    description::SsaoCall call{.options = options};
-    make_results(stored, description::results_of(call, stored));
-    ssao(stored, call.results, radius, options, launch);
-    return call.results;
+    return run_into_new_images(description::SsaoCall{.radius = radius, .options = options}, stored, launch).results;
 }
 
 } // namespace fathom

@@ -112,16 +112,10 @@ int channels_of(Output output) {
 }
 
 params::grid_params result_grid(const Image& target, const Region& region) {
-    return {.source_offset = 0,
-            .target_offset = target.offset(),
-            .source_stride = 0,
-            .target_stride = to_u32(target.row_stride()),
-            .x_begin = to_u32(region.x),
-            .x_end = to_u32(region.x + region.width),
-            .height = to_u32(region.height),
-            .pixel_x = 0,
-            .pixel_y = 0,
-            .y_begin = to_u32(region.y)};
+    params::grid_params grid = grid_parameters(Image(), target, region.x, region.x + region.width);
+    grid.height = to_u32(region.height);
+    grid.y_begin = to_u32(region.y);
+    return grid;
 }
 
 namespace {

@@ -144,9 +144,6 @@ void occlude_through_lens(const StoredDepth& stored, double radius, const SsaoOp
 /// The most bytes that this takes for itself, however near surfaces come.
 std::size_t bytes_through_lens(const Tile& tile, const SsaoOptions& options);
 
-/// Of the radius and the rays that the occlusion kernels have. Pure: no device.
-params::silhouette_params silhouette_parameters(const params::occlusion_params& occlusion, Quality quality);
-
 /// The blocks of an image, if it has any, and those of them that are computed at all pixels.
 struct WholeBlocks {
     Image words = {};

@@ -77,16 +77,8 @@ std::shared_ptr<const LensFaces> faces_for(const Device& device, const Camera& c
     });
 }
 
-struct PositionTable {
+struct PositionTable : LensTable {
     static constexpr const char* name = "positions";
-
-    runtime::Table tiles, nodes;
-    int tiles_across;
-    std::shared_ptr<const RayMap> map;
-
-    std::size_t bytes() const {
-        return 4 * (static_cast<std::size_t>(tiles.count) + static_cast<std::size_t>(nodes.count));
-    }
 };
 
 struct PositionKey {
@@ -102,9 +94,9 @@ std::shared_ptr<const PositionTable> positions_for(const Device& device, const C
                            part.right, part.bottom}};
     return runtime::kept<PositionTable>(device, key, [&] {
         const lens::FacePositions made = lens::positions_of(lens::CameraLens(camera), face, part);
-        return std::make_shared<const PositionTable>(PositionTable{runtime::table(device, Element::u32, made.tiles),
-                                                                   runtime::table(device, Element::f32, made.nodes),
-                                                                   made.tiles_across, camera.lens->map});
+        return std::make_shared<const PositionTable>(
+            PositionTable{{runtime::table(device, Element::u32, made.tiles),
+                           runtime::table(device, Element::f32, made.nodes), made.tiles_across, camera.lens->map}});
     });
 }
 
@@ -258,8 +250,7 @@ private:
         found.rows = ((image.bottom - 1) >> shift) - found.row + 1;
         runtime::Scratch scratch(device_);
         const Image nearest = scratch.image(Element::f32, {found.columns, found.rows});
-        params::grid_params grid =
-            grid_parameters({depth, stored_.camera, Storage::float32, stored_.x, stored_.y}, nearest, 0, found.columns);
+        params::grid_params grid = grid_parameters(depth, nearest, 0, found.columns, stored_.x, stored_.y);
         runtime::launch(
             device_, runtime::kernel(device_, "nearest_tiles", {{"V", device_.options().vector_width}, {"STREAM", 0}}),
             {static_cast<std::size_t>(found.columns), static_cast<std::size_t>(found.rows)}, depth, nearest, grid);
@@ -307,8 +298,7 @@ private:
                                                    .stride = to_u32(planes_.row_stride() / 4),
                                                    .given = fitted_ ? 4u : 0u};
         const int vector_width = vector_width_for(device_, width), rows = vector_width == 1 ? 1 : params::lens_rows;
-        params::grid_params grid =
-            grid_parameters({depth, stored_.camera, Storage::float32, stored_.x, stored_.y}, planes_, 0, width);
+        params::grid_params grid = grid_parameters(depth, planes_, 0, width, stored_.x, stored_.y);
         lens_.launch(device_,
                      runtime::kernel(
                          device_, "lens_planes",
@@ -405,14 +395,9 @@ private:
             for (int j = 0; j < 3; ++j)
                 from.unit[i][j] = static_cast<float>(call.face.turn(j, i));
         const int vector_width = vector_width_for(device_, block.width());
-        params::grid_params grid{};
-        grid.target_offset = result.image.offset();
-        grid.target_stride = to_u32(result.image.row_stride());
-        grid.x_begin = to_u32(block.left - stored_.x);
-        grid.x_end = to_u32(block.right - stored_.x);
+        params::grid_params grid = grid_parameters(Image(), result.image, block.left - stored_.x,
+                                                   block.right - stored_.x, stored_.x, stored_.y);
         grid.height = to_u32(block.height());
-        grid.pixel_x = to_u32(stored_.x);
-        grid.pixel_y = to_u32(stored_.y);
         grid.y_begin = to_u32(block.top - stored_.y);
         lens_.launch(
             device_,

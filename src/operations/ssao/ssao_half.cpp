@@ -186,6 +186,9 @@ void occlude(Workspace& workspace, const StoredDepth& stored, double radius, con
 
 // Thickness from the silhouette's width: one pass of kernels/ssao/silhouette.cl.
 
+namespace {
+
+// Of the radius and the rays that the occlusion kernels have.
 params::silhouette_params silhouette_parameters(const params::occlusion_params& occlusion, Quality quality) {
     const auto step = [&](int i) {
         return Eigen::Vector3f(occlusion.step[0][i], occlusion.step[1][i], occlusion.step[2][i]);
@@ -200,6 +203,8 @@ params::silhouette_params silhouette_parameters(const params::occlusion_params& 
     p.reach = p.most / *std::ranges::min_element(p.step);
     return p;
 }
+
+} // namespace
 
 Image silhouette_thickness(runtime::Scratch& scratch, const Image& depth, const Tile& stored, bool perspective,
                            const params::occlusion_params& occlusion, const Sampling& sampling,

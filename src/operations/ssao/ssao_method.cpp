@@ -151,18 +151,12 @@ params::occlusion_params occlusion_parameters(const Camera& camera, const Centre
 }
 
 params::grid_params lattice_grid(const Image& source, const PixelLattice& lattice, int top) {
-    const std::size_t first = static_cast<std::size_t>(lattice.y - top) * source.row_stride() +
-                              static_cast<std::size_t>(lattice.x * source.channels());
-    return {.source_offset = source.offset() + first,
-            .target_offset = 0,
-            .source_stride = to_u32(source.row_stride()) * to_u32(lattice.every),
-            .target_stride = 0,
-            .x_begin = 0,
-            .x_end = to_u32(lattice.width),
-            .height = to_u32(lattice.height),
-            .pixel_x = to_u32(lattice.camera_x),
-            .pixel_y = to_u32(lattice.camera_y),
-            .y_begin = 0};
+    params::grid_params grid = grid_parameters(source, Image(), 0, lattice.width, lattice.camera_x, lattice.camera_y);
+    grid.source_offset += static_cast<std::size_t>(lattice.y - top) * source.row_stride() +
+                          static_cast<std::size_t>(lattice.x * source.channels());
+    grid.source_stride *= to_u32(lattice.every);
+    grid.height = to_u32(lattice.height);
+    return grid;
 }
 
 } // namespace fathom
