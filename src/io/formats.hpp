@@ -223,16 +223,6 @@ Bytes ply_bytes(const std::filesystem::path& file, const cv::Mat& positions, con
 /// The 16 bits of a .png: round((value × scale + offset) × 65535), 0 for NaN.
 cv::Mat png_codes(const cv::Mat& image, double scale, double offset);
 
-/// Names for a message, between commas; of a long list the first ones.
-template <typename Each, typename Name>
-std::string listed(const std::vector<Each>& all, const Name& name) {
-    constexpr std::size_t most = 24;
-    std::string list;
-    for (std::size_t i = 0; i < std::min(all.size(), most); ++i)
-        list += (i ? ", " : "") + std::invoke(name, all[i]);
-    return all.size() > most ? list + ", and " + std::to_string(all.size() - most) + " more" : list;
-}
-
 /// The place in a list of what a layer, or the last part of its name, is called, in any case.
 std::optional<int> place_of(const std::string& layer, std::initializer_list<std::string> known);
 
