@@ -19,9 +19,9 @@ struct Preset {
     std::string source;  ///< what writes such depth, for people
     std::string formula; ///< z, the distance along the view axis, from a stored value v
     std::string keys;    ///< JSON: keys of the camera file (docs/camera.md)
-    std::string
-        projection;    ///< the key of the projection that people have: fov_x_deg, fov_y_deg or fx; empty for panoramas
-    std::string usual; ///< what that key usually is; empty where nothing is usual
+    /// The key of the projection that people have: fov_x_deg, fov_y_deg or fx; empty for panoramas.
+    std::string projection = {};
+    std::string usual = {}; ///< what that key usually is; empty where nothing is usual
     std::vector<Need> needs = {};
     bool is_distorted = false;  ///< by a lens that the camera file has to say
     double usual_metres = 1000; ///< beyond which it has hardly half of its depths, where the formula counts in metres

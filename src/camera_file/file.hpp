@@ -2,6 +2,7 @@
 
 #include <fathom/error.hpp>
 
+#include <algorithm>
 #include <cstdint>
 #include <filesystem>
 #include <functional>
@@ -72,6 +73,16 @@ bool is_folder(const std::filesystem::path& name);
 bool is_file(const std::filesystem::path& name);
 
 std::string lower(std::string text);
+
+/// Names for a message, between commas; of a long list the first ones.
+template <typename Each, typename Name = std::identity>
+std::string listed(const std::vector<Each>& all, const Name& name = {}) {
+    constexpr std::size_t most = 24;
+    std::string list;
+    for (std::size_t i = 0; i < std::min(all.size(), most); ++i)
+        list += (i ? ", " : "") + std::invoke(name, all[i]);
+    return all.size() > most ? list + ", and " + std::to_string(all.size() - most) + " more" : list;
+}
 
 /// What a file's name says of its type: in small letters, .tif for .tiff and .jpg for .jpeg.
 std::string extension_of(const std::filesystem::path& file);

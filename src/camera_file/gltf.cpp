@@ -37,18 +37,6 @@ std::size_t index_in(const fs::path& file, const json& value, const json& array,
     return value.get<std::size_t>();
 }
 
-std::vector<double> numbers_at(const fs::path& file, const json& node, const std::string& key, std::size_t count,
-                               const std::string& path) {
-    const json& list = node[key];
-    bool good = list.is_array() && list.size() == count;
-    for (std::size_t i = 0; good && i < count; ++i)
-        good = list[i].is_number();
-    if (!good)
-        refuse(file, "\"" + path + "." + key + "\": " + shown(list) + " must be " + std::to_string(count) +
-                         " numbers, [...]");
-    return list.get<std::vector<double>>();
-}
-
 /// A node's place within its parent.
 Eigen::Matrix4d local_matrix(const fs::path& file, const json& node, const std::string& path) {
     if (node.contains("matrix")) // in columns
@@ -60,7 +48,7 @@ Eigen::Matrix4d local_matrix(const fs::path& file, const json& node, const std::
         const auto xyzw = numbers_at(file, node, "rotation", 4, path);
         const Eigen::Quaterniond rotation(xyzw[3], xyzw[0], xyzw[1], xyzw[2]);
         if (!(rotation.norm() > 0))
-            refuse(file, "\"" + path + ".rotation\": " + shown(node["rotation"]) + " must be a quaternion, not 0");
+            refuse(file, "\"" + path + "rotation\": " + shown(node["rotation"]) + " must be a quaternion, not 0");
         place.rotate(rotation.normalized());
     }
     if (node.contains("scale"))
@@ -80,7 +68,7 @@ Eigen::Matrix4d world_matrix(const fs::path& file, const json& nodes, std::size_
     for (std::optional<std::size_t> at = node; at; at = parents[*at]) {
         if (++depth > nodes.size())
             refuse(file, "has a node that is its own ancestor; export it again");
-        matrix = local_matrix(file, nodes[*at], "nodes[" + std::to_string(*at) + "]") * matrix;
+        matrix = local_matrix(file, nodes[*at], "nodes[" + std::to_string(*at) + "].") * matrix;
     }
     for (Eigen::Index c = 0; c < 3; ++c) {
         const double length = matrix.col(c).head<3>().norm();
@@ -131,12 +119,6 @@ json projection_of(const fs::path& file, const json& camera, const std::string& 
     return {{"perspective", keys}};
 }
 
-std::string name_of(const json& object) {
-    return object.is_object() && object.contains("name") && object["name"].is_string()
-               ? object["name"].get<std::string>()
-               : std::string();
-}
-
 } // namespace
 
 bool is_gltf(const json& json) {
@@ -156,7 +138,7 @@ Imported import_gltf(const fs::path& file, const json& gltf, const ImportOptions
             continue;
         const auto camera = index_in(file, nodes[i]["camera"], cameras, "nodes[" + std::to_string(i) + "].camera");
         places.push_back(i);
-        const std::string own = name_of(nodes[i]), of_camera = name_of(cameras[camera]);
+        const std::string own = text_at(nodes[i], "name"), of_camera = text_at(cameras[camera], "name");
         names.push_back(!own.empty() ? own : !of_camera.empty() ? of_camera : std::to_string(i));
         if (std::to_string(i) == options.node)
             names.back() = options.node;

@@ -49,21 +49,18 @@ std::string laid_out(const json& keys) {
 }
 
 /// Replaces what both have, within objects, too.
-void override(json& keys, const json& by) {
-    for (const auto& [key, value] : by.items())
-        if (key == "near" || key == "far") {
-            bool inside = false; // of a projection, which has the ends of its own
-            for (const char* object : {"perspective", "orthographic"})
-                if (keys.contains(object) && keys[object].contains(key)) {
-                    keys[object][key] = value;
-                    inside = true;
-                }
-            if (!inside || keys.contains(key))
-                keys[key] = value;
-        } else if (value.is_object() && keys.contains(key) && keys[key].is_object())
-            keys[key].update(value);
-        else
-            keys[key] = value;
+void override(json& keys, json by) {
+    for (const char* key : {"near", "far"}) {
+        bool inside = false; // of a projection, which has the ends of its own
+        for (const char* object : {"perspective", "orthographic"})
+            if (by.contains(key) && keys.contains(object) && keys[object].contains(key)) {
+                keys[object][key] = by[key];
+                inside = true;
+            }
+        if (inside && !keys.contains(key))
+            by.erase(key);
+    }
+    keys.merge_patch(by);
 }
 
 /// The only one of the names that is called like this file, whatever folders it lies in: "a.jpg" for a.jpg,
@@ -102,14 +99,6 @@ json lens_keys(const fs::path& file, LensLaw law, const std::vector<double>& k, 
 
 } // namespace
 
-std::string named(const std::vector<std::string>& names) {
-    constexpr std::size_t most = 12;
-    std::string list;
-    for (std::size_t i = 0; i < std::min(names.size(), most); ++i)
-        list += (i ? ", " : "") + names[i];
-    return names.size() > most ? list + ", and " + std::to_string(names.size() - most) + " more" : list;
-}
-
 std::size_t chosen(const fs::path& file, const std::vector<std::string>& names, const std::string& wanted,
                    const fs::path& depth, const std::string& what, const std::string& option) {
     if (wanted.empty()) {
@@ -118,7 +107,7 @@ std::size_t chosen(const fs::path& file, const std::vector<std::string>& names, 
         if (const auto like = depth.empty() ? std::nullopt : called_like(names, depth))
             return *like;
         refuse(file, "has " + std::to_string(names.size()) + " " + what + "s; say which with " + option + ": " +
-                         named(names));
+                         listed(names));
     }
     if (std::ranges::count(names, wanted) > 1)
         refuse(file, "has several " + what + "s \"" + wanted + "\"; say its index with " + option);
@@ -127,7 +116,7 @@ std::size_t chosen(const fs::path& file, const std::vector<std::string>& names, 
     if (const auto like = option == "--image" ? called_like(names, wanted) : std::nullopt)
         return *like;
     refuse(file, "has no " + what + " \"" + wanted + "\" (" + option + "); the nearest are " +
-                     named(nearest_words(names, wanted, 3)));
+                     listed(nearest_words(names, wanted, 3)));
 }
 
 std::string shown_number(double value) {
@@ -175,15 +164,25 @@ std::optional<double> number_at(const fs::path& file, const json& object, const 
     return object[key].get<double>();
 }
 
+std::string text_at(const json& object, const std::string& key) {
+    return object.contains(key) && object[key].is_string() ? object[key].get<std::string>() : std::string();
+}
+
+std::vector<double> numbers_at(const fs::path& file, const json& object, const std::string& key, std::size_t count,
+                               const std::string& path) {
+    const json list = object.value(key, json());
+    if (!are_numbers(list) || list.size() != count)
+        refuse(file,
+               "\"" + path + key + "\": " + shown(list) + " must be a list of " + std::to_string(count) + " numbers");
+    return list.get<std::vector<double>>();
+}
+
 json parsed_json_or_glb(const fs::path& file) {
     const Bytes bytes = read_file(file);
     if (bytes.size() < 4 || std::memcmp(bytes.data(), "glTF", 4) != 0)
         return parsed_json(file, bytes);
     const auto word = [&](std::size_t at) { // little-endian
-        std::uint32_t value = 0;
-        for (std::size_t i = 0; i < 4; ++i)
-            value |= static_cast<std::uint32_t>(bytes[at + i]) << (8 * i);
-        return value;
+        return bytes[at] | bytes[at + 1] << 8 | bytes[at + 2] << 16 | std::uint32_t{bytes[at + 3]} << 24;
     };
     constexpr std::size_t header = 20; // magic, version, length; length and type of the first chunk
     constexpr std::uint32_t json_chunk = 0x4e4f534a;

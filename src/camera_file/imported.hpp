@@ -53,6 +53,13 @@ nlohmann::json parsed_json_or_glb(const std::filesystem::path& file);
 std::optional<double> number_at(const std::filesystem::path& file, const nlohmann::json& object, const std::string& key,
                                 const std::string& path = {});
 
+/// The text under a key; empty where there is none.
+std::string text_at(const nlohmann::json& object, const std::string& key);
+
+/// So many numbers in a list.
+std::vector<double> numbers_at(const std::filesystem::path& file, const nlohmann::json& object, const std::string& key,
+                               std::size_t count, const std::string& path);
+
 /// The place of the name that is wanted: as it stands, or the one file whose name without folders and extension is
 /// that. Without a wish the only one, or the one that is called like the depth. `option` is the program's, `what` the
 /// kind of things.
@@ -75,8 +82,5 @@ nlohmann::json rows_of(const Eigen::Matrix4d& matrix);
 
 /// A number as a message has it.
 std::string shown_number(double value);
-
-/// Names between commas; of a long list the first ones.
-std::string named(const std::vector<std::string>& names);
 
 } // namespace fathom::io

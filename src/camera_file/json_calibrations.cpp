@@ -20,17 +20,6 @@ using nlohmann::json;
 namespace fathom::io {
 namespace {
 
-std::vector<double> list_at(const fs::path& file, const json& object, const std::string& key, std::size_t count,
-                            const std::string& path) {
-    const json list = object.value(key, json());
-    const bool fits = list.is_array() && list.size() == count &&
-                      std::ranges::all_of(list, [](const json& each) { return each.is_number(); });
-    if (!fits)
-        refuse(file,
-               "\"" + path + key + "\": " + shown(list) + " must be a list of " + std::to_string(count) + " numbers");
-    return list.get<std::vector<double>>();
-}
-
 std::vector<double> transposed(const std::vector<double>& matrix, std::size_t size) {
     std::vector<double> turned(matrix.size());
     for (std::size_t i = 0; i < matrix.size(); ++i)
@@ -91,10 +80,10 @@ Imported import_open3d(const fs::path& file, const json& object, const ImportOpt
     const std::string path = has_place ? "intrinsic." : "";
     Imported imported{.keys = {{"view_axes", "opencv"}}, .cure = no_values};
     add_pixels(file, camera, path, imported.keys);
-    imported.keys["intrinsics"] =
-        intrinsics_of(file, transposed(list_at(file, camera, "intrinsic_matrix", 9, path), 3), 3, "intrinsic_matrix");
+    imported.keys["intrinsics"] = intrinsics_of(
+        file, transposed(numbers_at(file, camera, "intrinsic_matrix", 9, path), 3), 3, "intrinsic_matrix");
     if (has_place && object.contains("extrinsic")) {
-        const std::vector<double> place = list_at(file, object, "extrinsic", 16, "");
+        const std::vector<double> place = numbers_at(file, object, "extrinsic", 16, "");
         imported.keys["view"] = rows_of(Eigen::Map<const Eigen::Matrix4d>(place.data()));
     }
     return imported;
@@ -127,11 +116,11 @@ Imported import_bop(const fs::path& file, const json& object, const ImportOption
     const std::string& number = numbers[chosen(file, names, wanted, options.depth, "image", "--image")];
     const std::string path = number + ".";
     const json& frame = object[number];
-    imported.keys["intrinsics"] = intrinsics_of(file, list_at(file, frame, "cam_K", 9, path), 3, path + "cam_K");
+    imported.keys["intrinsics"] = intrinsics_of(file, numbers_at(file, frame, "cam_K", 9, path), 3, path + "cam_K");
     imported.otherwise = values_by(file, frame, path);
     if (frame.contains("cam_R_w2c") && frame.contains("cam_t_w2c")) {
-        const std::vector<double> turn = transposed(list_at(file, frame, "cam_R_w2c", 9, path), 3),
-                                  place = list_at(file, frame, "cam_t_w2c", 3, path);
+        const std::vector<double> turn = transposed(numbers_at(file, frame, "cam_R_w2c", 9, path), 3),
+                                  place = numbers_at(file, frame, "cam_t_w2c", 3, path);
         Eigen::Matrix4d view = Eigen::Matrix4d::Identity();
         view.topLeftCorner<3, 3>() = Eigen::Map<const Eigen::Matrix3d>(turn.data());
         view.topRightCorner<3, 1>() = 0.001 * Eigen::Map<const Eigen::Vector3d>(place.data());
@@ -154,7 +143,7 @@ Imported import_realsense(const fs::path& file, const json& object) {
         pixels[key] = number_at(file, object, name).value_or(0);
     add_pixels(file, object, "", imported.keys);
     const std::vector<double> k =
-        object.contains("coeffs") ? list_at(file, object, "coeffs", 5, "") : std::vector<double>(5);
+        object.contains("coeffs") ? numbers_at(file, object, "coeffs", 5, "") : std::vector<double>(5);
     // "distortion.brown_conrady" of Python, "Brown Conrady" of rs-enumerate-devices
     std::string model = lower(object.value("model", json("none")).dump());
     std::erase(model, '"');

@@ -5,6 +5,7 @@
 #include "known_words.hpp"
 
 #include <algorithm>
+#include <functional>
 #include <limits>
 #include <set>
 #include <string_view>
@@ -62,11 +63,11 @@ private:
     std::vector<std::set<std::string>> open_; ///< keys of the objects that the parser is in
 };
 
+} // namespace
+
 bool are_numbers(const json& list) {
     return list.is_array() && std::ranges::all_of(list, [](const json& each) { return each.is_number(); });
 }
-
-} // namespace
 
 json parsed_json(const std::filesystem::path& file, std::span<const unsigned char> bytes) {
     Checked checked(file);
@@ -126,62 +127,47 @@ JsonObject JsonObject::object(const std::string& key, const std::vector<std::str
     return {file_, path_to(key), value_.at(key), known, known_};
 }
 
-std::optional<double> JsonObject::number(const std::string& key) const {
+template <typename Value, typename Fits>
+std::optional<Value> JsonObject::value(const std::string& key, const Fits& fits, const std::string& must) const {
     if (!has(key))
         return std::nullopt;
-    if (!value_[key].is_number())
-        refuse_value(key, "must be a number");
-    return value_[key].get<double>();
+    if (!std::invoke(fits, value_[key]))
+        refuse_value(key, must);
+    return value_[key].get<Value>();
+}
+
+std::optional<double> JsonObject::number(const std::string& key) const {
+    return value<double>(key, &json::is_number, "must be a number");
 }
 
 std::optional<double> JsonObject::number_or_infinity(const std::string& key) const {
-    if (has(key) && value_[key] == "infinity")
+    if (holds(key, "infinity"))
         return std::numeric_limits<double>::infinity();
-    if (has(key) && !value_[key].is_number())
-        refuse_value(key, "must be a number or \"infinity\"");
-    return number(key);
+    return value<double>(key, &json::is_number, "must be a number or \"infinity\"");
 }
 
 std::optional<int> JsonObject::count(const std::string& key) const {
-    if (!has(key))
-        return std::nullopt;
-    const auto& value = value_[key];
-    if (!value.is_number_integer() || value < 1 || value > std::numeric_limits<int>::max())
-        refuse_value(key, "must be a whole number from 1 on");
-    return value.get<int>();
+    const auto fits = [](const json& each) {
+        return each.is_number_integer() && each >= 1 && each <= std::numeric_limits<int>::max();
+    };
+    return value<int>(key, fits, "must be a whole number from 1 on");
 }
 
 std::optional<bool> JsonObject::boolean(const std::string& key) const {
-    if (!has(key))
-        return std::nullopt;
-    if (!value_[key].is_boolean())
-        refuse_value(key, "must be true or false");
-    return value_[key].get<bool>();
+    return value<bool>(key, &json::is_boolean, "must be true or false");
 }
 
 std::optional<std::string> JsonObject::string(const std::string& key) const {
-    if (!has(key))
-        return std::nullopt;
-    if (!value_[key].is_string())
-        refuse_value(key, "must be a word in quotes");
-    return value_[key].get<std::string>();
+    return value<std::string>(key, &json::is_string, "must be a word in quotes");
 }
 
 std::optional<std::vector<double>> JsonObject::numbers(const std::string& key, std::size_t how_many) const {
-    if (!has(key))
-        return std::nullopt;
-    const auto& list = value_[key];
-    if (!are_numbers(list) || list.size() != how_many)
-        refuse_value(key, "must be " + std::to_string(how_many) + " numbers, [...]");
-    return list.get<std::vector<double>>();
+    const auto fits = [&](const json& each) { return are_numbers(each) && each.size() == how_many; };
+    return value<std::vector<double>>(key, fits, "must be " + std::to_string(how_many) + " numbers, [...]");
 }
 
 std::optional<std::vector<double>> JsonObject::list(const std::string& key) const {
-    if (!has(key))
-        return std::nullopt;
-    if (!are_numbers(value_[key]))
-        refuse_value(key, "must be numbers, [...]");
-    return value_[key].get<std::vector<double>>();
+    return value<std::vector<double>>(key, are_numbers, "must be numbers, [...]");
 }
 
 std::optional<Eigen::Matrix4d> JsonObject::matrix(const std::string& key) const {

@@ -21,6 +21,9 @@ nlohmann::json parsed_json(const std::filesystem::path& file, std::span<const un
 /// A value as it stands in the file, cut where a line gets too long.
 std::string shown(const nlohmann::json& value);
 
+/// Is it a list of numbers only?
+bool are_numbers(const nlohmann::json& list);
+
 /// A JSON object whose keys are known. Whatever is not as it should be is refused with the file, the key, its value
 /// and what would be right.
 class JsonObject {
@@ -83,6 +86,9 @@ public:
 private:
     JsonObject(std::filesystem::path file, std::string name, nlohmann::json value,
                const std::vector<std::string>& known, const std::vector<std::string>& above = {});
+    /// A value that `fits`; any other is refused.
+    template <typename Value, typename Fits>
+    std::optional<Value> value(const std::string& key, const Fits& fits, const std::string& must) const;
     /// `above`: the keys of the object that holds this one.
     void check_keys(const std::vector<std::string>& above) const;
     std::string path_to(const std::string& key) const { return name_.empty() ? key : name_ + "." + key; }

@@ -90,12 +90,8 @@ std::vector<std::string> key_doubts(const std::string& camera_file, int width, i
     for (const Preset& preset : presets()) {
         if (!keys.contains("preset") || keys["preset"] != preset.name)
             continue;
-        const json own = json::parse(preset.keys);
-        for (const auto& [key, value] : own.items())
-            if (!all.contains(key))
-                all[key] = value;
-            else if (value.is_object() && all[key].is_object()) // the preset's lens with ends of its own
-                all[key].insert(value.begin(), value.end());
+        all = json::parse(preset.keys);
+        all.merge_patch(keys); // the preset's lens may have ends of its own
         if (preset.is_distorted && !keys.contains("lens") && !keys.contains("raw_lens"))
             said.push_back(text("the depth of \"", preset.name,
                                 "\" has the distortion of its lens, and the camera has no \"lens\"; give the "

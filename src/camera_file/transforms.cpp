@@ -36,10 +36,6 @@ struct Frame {
     }
 };
 
-std::string text_at(const json& object, const std::string& key) {
-    return object.contains(key) && object[key].is_string() ? object[key].get<std::string>() : std::string();
-}
-
 bool is_panorama(const Frame& frame) {
     const json* model = frame.value("camera_model");
     return model && *model == "EQUIRECTANGULAR";
@@ -147,18 +143,13 @@ Eigen::Matrix4d camera_to_world(const Frame& frame) {
     if (!frame.own.contains("transform_matrix"))
         refuse(frame.file, "\"" + path + "\" is missing; it is the camera's place");
     const json& rows = frame.own["transform_matrix"];
-    Eigen::Matrix4d matrix = Eigen::Matrix4d::Identity();
-    bool good = rows.is_array() && (rows.size() == 3 || rows.size() == 4);
-    for (std::size_t r = 0; good && r < rows.size(); ++r) {
-        good = rows[r].is_array() && rows[r].size() == 4;
-        for (std::size_t c = 0; good && c < 4; ++c) {
-            good = rows[r][c].is_number();
-            if (good)
-                matrix(static_cast<Eigen::Index>(r), static_cast<Eigen::Index>(c)) = rows[r][c].get<double>();
-        }
-    }
-    if (!good)
+    const auto is_row = [](const json& row) { return are_numbers(row) && row.size() == 4; };
+    if (!rows.is_array() || (rows.size() != 3 && rows.size() != 4) || !std::ranges::all_of(rows, is_row))
         refuse(frame.file, "\"" + path + "\": " + shown(rows) + " must be four rows of four numbers");
+    Eigen::Matrix4d matrix = Eigen::Matrix4d::Identity();
+    for (std::size_t r = 0; r < rows.size(); ++r)
+        matrix.row(static_cast<Eigen::Index>(r)) =
+            Eigen::Map<const Eigen::RowVector4d>(rows[r].get<std::vector<double>>().data());
     constexpr double rounding = 1e-3; // of files that people wrote
     const Eigen::Matrix3d turn = matrix.topLeftCorner<3, 3>();
     if (!(turn * turn.transpose()).isApprox(Eigen::Matrix3d::Identity(), rounding))

@@ -440,7 +440,7 @@ std::vector<Made> OperationTask::make(const StoredDepth& stored, Job& job) {
 
 std::vector<Made> OperationTask::results(void* call, const StoredDepth& stored, const Job& job) const {
     const std::vector<description::Result> described = operation_.results_of(call, stored);
-    std::vector<std::optional<FloatsOnHost>> made(described.size());
+    std::vector<std::optional<io::FloatsOnHost>> made(described.size());
     for (std::size_t i = 0; i < described.size(); ++i)
         if (const Layout& layout = described[i].shape.layout; described[i].wanted)
             *described[i].image =

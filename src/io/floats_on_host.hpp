@@ -8,7 +8,7 @@
 
 #include <opencv2/core.hpp>
 
-namespace fathom::cli {
+namespace fathom::io {
 
 /// Pixels in a matrix's memory.
 inline HostDepth on_host(const cv::Mat& values, Storage storage) {
@@ -54,4 +54,4 @@ cv::Mat floats_on_host(const Image& source, int channels, const Make& make) {
     return floats.mat();
 }
 
-} // namespace fathom::cli
+} // namespace fathom::io

@@ -157,6 +157,35 @@ std::optional<int> place_of(const std::string& layer, std::initializer_list<std:
     return place == known.end() ? std::nullopt : std::optional(static_cast<int>(place - known.begin()));
 }
 
+std::vector<Layer> layers_of(const std::vector<Channel>& channels, std::initializer_list<std::string_view> ends) {
+    std::vector<Layer> layers;
+    for (const Channel& first : channels) {
+        const auto dot = first.name.rfind('.');
+        const std::string front = dot == std::string::npos ? "" : first.name.substr(0, dot + 1);
+        for (const std::string_view letters : ends) {
+            Layer layer{front.substr(0, front.empty() ? 0 : dot), {}};
+            for (const char letter : letters)
+                layer.channels.push_back(front + letter);
+            const bool complete = std::ranges::all_of(layer.channels, [&](const std::string& name) {
+                return std::ranges::find(channels, name, &Channel::name) != channels.end();
+            });
+            if (first.name == layer.channels[0] && complete)
+                layers.push_back(layer);
+        }
+    }
+    return layers;
+}
+
+const Layer* layer_of(const std::vector<Layer>& layers, const std::string& wanted,
+                      std::initializer_list<std::string> known) {
+    const Layer* best = nullptr;
+    for (const Layer& layer : layers)
+        if (const auto place = place_of(layer.name, known);
+            wanted.empty() ? place && (!best || *place < *place_of(best->name, known)) : layer.name == wanted)
+            best = &layer;
+    return best;
+}
+
 std::string described(const cv::Mat& image) {
     static constexpr const char* types[] = {"unsigned 8-bit", "signed 8-bit", "unsigned 16-bit", "signed 16-bit",
                                             "32-bit integer", "32-bit float", "64-bit float",    "16-bit float"};

@@ -17,6 +17,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 /// What each format can do; `read_depth` and `write_image` choose among them.
@@ -223,18 +224,21 @@ Bytes ply_bytes(const std::filesystem::path& file, const cv::Mat& positions, con
 /// The 16 bits of a .png: round((value × scale + offset) × 65535), 0 for NaN.
 cv::Mat png_codes(const cv::Mat& image, double scale, double offset);
 
-/// Names for a message, between commas; of a long list the first ones.
-template <typename Each, typename Name>
-std::string listed(const std::vector<Each>& all, const Name& name) {
-    constexpr std::size_t most = 24;
-    std::string list;
-    for (std::size_t i = 0; i < std::min(all.size(), most); ++i)
-        list += (i ? ", " : "") + std::invoke(name, all[i]);
-    return all.size() > most ? list + ", and " + std::to_string(all.size() - most) + " more" : list;
-}
-
 /// The place in a list of what a layer, or the last part of its name, is called, in any case.
 std::optional<int> place_of(const std::string& layer, std::initializer_list<std::string> known);
+
+/// Three channels of an EXR that belong together.
+struct Layer {
+    std::string name;                  ///< what stands before the last dot; empty for channels without one
+    std::vector<std::string> channels; ///< three
+};
+
+/// All layers with channels of one of these names, such as "RGB".
+std::vector<Layer> layers_of(const std::vector<Channel>& channels, std::initializer_list<std::string_view> ends);
+
+/// The layer that is called so; without a wish the likeliest, by its place among the known names.
+const Layer* layer_of(const std::vector<Layer>& layers, const std::string& wanted,
+                      std::initializer_list<std::string> known);
 
 /// An image's type for a message: "unsigned 8-bit with 3 channels".
 std::string described(const cv::Mat& image);

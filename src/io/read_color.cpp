@@ -11,55 +11,30 @@
 namespace fathom {
 namespace {
 
-using io::PictureFile;
+using io::Layer, io::PictureFile;
 using io::refuse;
 
-bool has(const std::vector<Channel>& channels, const std::string& name) {
-    return std::any_of(channels.begin(), channels.end(), [&](const Channel& channel) { return channel.name == name; });
-}
-
-/// Names of layers with channels R, G and B; empty for channels without a layer.
-std::vector<std::string> layers_of(const std::vector<Channel>& channels) {
-    std::vector<std::string> layers;
-    for (const Channel& channel : channels) {
-        const auto dot = channel.name.rfind('.');
-        const std::string front = dot == std::string::npos ? "" : channel.name.substr(0, dot + 1);
-        if (channel.name == front + "R" && has(channels, front + "G") && has(channels, front + "B"))
-            layers.push_back(front.empty() ? "" : front.substr(0, dot));
-    }
-    return layers;
-}
-
-/// How well a layer's name says that it is the picture, 0 the best; nothing when it does not say so.
-std::optional<int> rank(const std::string& layer) {
-    return io::place_of(layer, {"", "combined", "beauty", "rgba", "rgb", "color", "colour"});
-}
-
 // The layer whose name ends so after a view's name, or that the named channel belongs to.
-std::string like(const std::string& name, const std::vector<std::string>& layers) {
-    for (const std::string& layer : layers)
+std::string like(const std::string& name, const std::vector<Layer>& layers) {
+    for (const auto& [layer, channels] : layers)
         if (!layer.empty() && (layer.ends_with("." + name) || name.starts_with(layer + ".")))
             return layer;
     return {};
 }
 
-std::string choose(const std::filesystem::path& file, const std::vector<Channel>& channels, const std::string& wanted) {
-    std::vector<std::string> layers = layers_of(channels);
+Layer choose(const std::filesystem::path& file, const std::vector<Channel>& channels, const std::string& wanted) {
+    std::vector<Layer> layers = io::layers_of(channels, {"RGB"});
     if (wanted.empty()) // results that --append has written for Blender
-        std::erase_if(layers, [](const std::string& layer) { return layer.starts_with("Fathom."); });
-    const std::string* best = nullptr;
-    for (const std::string& layer : layers) {
-        if (wanted.empty() ? rank(layer) && (!best || *rank(layer) < *rank(*best)) : layer == wanted)
-            best = &layer;
-    }
+        std::erase_if(layers, [](const Layer& layer) { return layer.name.starts_with("Fathom."); });
+    const Layer* best = io::layer_of(layers, wanted, {"", "combined", "beauty", "rgba", "rgb", "color", "colour"});
     if (!best && wanted.empty() && layers.size() == 1)
         best = &layers.front();
     if (best)
         return *best;
     if (layers.empty())
         refuse(file, "has no channels R, G and B, so no picture; it has " + io::listed(channels, &Channel::name));
-    const std::string list =
-        io::listed(layers, [](const std::string& layer) { return layer.empty() ? "R, G, B without a layer" : layer; });
+    const std::string list = io::listed(
+        layers, [](const Layer& layer) { return layer.name.empty() ? "R, G, B without a layer" : layer.name; });
     if (wanted.empty())
         refuse(file, "has no layer that is named like a picture (Combined, beauty); say which it is (--color-layer): " +
                          list);
@@ -114,10 +89,11 @@ PictureFile read(const std::filesystem::path& file, const ReadPictureOptions& op
 
 std::vector<std::string> color_channels(const std::filesystem::path& file, const std::string& wanted) {
     const std::vector<Channel> channels = list_channels(file);
-    const std::string layer = choose(file, channels, wanted), front = layer.empty() ? "" : layer + ".";
-    std::vector<std::string> names{front + "R", front + "G", front + "B"};
-    if (has(channels, front + "A"))
-        names.push_back(front + "A");
+    const Layer layer = choose(file, channels, wanted);
+    std::vector<std::string> names = layer.channels;
+    const std::string alpha = layer.name.empty() ? "A" : layer.name + ".A";
+    if (std::ranges::find(channels, alpha, &Channel::name) != channels.end())
+        names.push_back(alpha);
     return names;
 }
 

@@ -7,48 +7,14 @@
 namespace fathom {
 namespace {
 
-using io::refuse;
+using io::Layer, io::refuse;
 
 constexpr double least_length = 1e-3; // shorter vectors have no direction
 
-/// Three channels of an EXR that belong together.
-struct Layer {
-    std::string name;                  ///< what stands before the last dot; empty for channels without one
-    std::vector<std::string> channels; ///< three
-};
-
-// All layers with channels X, Y, Z or R, G, B, in any case.
-std::vector<Layer> vector_layers(const std::vector<Channel>& channels) {
-    std::vector<Layer> layers;
-    for (const Channel& first : channels) {
-        const auto dot = first.name.rfind('.');
-        const std::string front = dot == std::string::npos ? "" : first.name.substr(0, dot + 1);
-        for (const char* ends : {"XYZ", "xyz", "RGB", "rgb"}) {
-            const Layer layer{front.substr(0, front.empty() ? 0 : dot),
-                              {front + ends[0], front + ends[1], front + ends[2]}};
-            const bool complete = std::ranges::all_of(layer.channels, [&](const std::string& name) {
-                return std::ranges::find(channels, name, &Channel::name) != channels.end();
-            });
-            if (first.name == layer.channels[0] && complete)
-                layers.push_back(layer);
-        }
-    }
-    return layers;
-}
-
-/// How well a layer's name says that it is normals, 0 the best; nothing when it does not say so.
-std::optional<int> rank(const Layer& layer) {
-    return io::place_of(layer.name, {"n", "normal", "normals"});
-}
-
 Layer choose(const std::filesystem::path& file, const std::string& wanted) {
     const std::vector<Channel> channels = list_channels(file);
-    const std::vector<Layer> layers = vector_layers(channels);
-    const Layer* best = nullptr;
-    for (const Layer& layer : layers) {
-        if (wanted.empty() ? rank(layer) && (!best || *rank(layer) < *rank(*best)) : layer.name == wanted)
-            best = &layer;
-    }
+    const std::vector<Layer> layers = io::layers_of(channels, {"XYZ", "xyz", "RGB", "rgb"});
+    const Layer* best = io::layer_of(layers, wanted, {"n", "normal", "normals"});
     if (!best && wanted.empty() && layers.size() == 1 && channels.size() == 3)
         best = &layers.front();
     if (!best && !wanted.empty())

@@ -1,4 +1,5 @@
 // Relative depth out of files, and onto the grid of a picture.
+#include "floats_on_host.hpp"
 #include "formats.hpp"
 #include "relative_input.hpp"
 
@@ -75,7 +76,7 @@ io::RelativeInput stored_values(const std::filesystem::path& file, const std::st
     image.convertTo(values, CV_32F);
     if (ignored)
         values.setTo(std::numeric_limits<double>::quiet_NaN(), ignored(values.size()));
-    result.look.add({values.ptr<float>(), values.cols, values.rows, 1, values.step1()});
+    result.look.add(io::on_host(values));
     return result;
 }
 
@@ -111,10 +112,7 @@ RelativeFile read_relative(const std::filesystem::path& file, const ReadRelative
 cv::Mat upsample_along_edges(const cv::Mat& depth, const cv::Mat& color) {
     if (depth.type() != CV_32FC1 || color.depth() != CV_32F || color.channels() < 3 || depth.empty() || color.empty())
         throw Error("depth must be CV_32FC1 and the picture CV_32FC3 or CV_32FC4, and neither may be empty");
-    const auto floats = [](const cv::Mat& image) {
-        return HostFloats{image.ptr<float>(), image.cols, image.rows, image.channels(), image.step1()};
-    };
-    const EdgeUpsampling upsampling(floats(depth), floats(color));
+    const EdgeUpsampling upsampling(io::on_host(depth), io::on_host(color));
     cv::Mat result(color.size(), CV_32FC1);
     cv::parallel_for_(cv::Range(0, color.rows), [&](const cv::Range& rows) {
         upsampling.rows(rows.start, rows.end, result.ptr<float>(rows.start));
@@ -123,8 +121,7 @@ cv::Mat upsample_along_edges(const cv::Mat& depth, const cv::Mat& color) {
 }
 
 cv::Mat io::distances_along_edges(const cv::Mat& z, const cv::Mat& color, bool perspective) {
-    const EdgeUpsampling upsampling({z.ptr<float>(), z.cols, z.rows, 1, z.step1()},
-                                    {color.ptr<float>(), color.cols, color.rows, color.channels(), color.step1()});
+    const EdgeUpsampling upsampling(on_host(z), on_host(color));
     cv::Mat result(color.size(), CV_32FC1);
     cv::parallel_for_(cv::Range(0, color.rows), [&](const cv::Range& rows) {
         upsampling.rows_of_distances(rows.start, rows.end, perspective, result.ptr<float>(rows.start));

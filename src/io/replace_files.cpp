@@ -57,90 +57,68 @@ fs::path target_of(const fs::path& file) {
 /// A new file beside its target, that is gone again unless it took the target's place.
 class Successor {
 public:
-    explicit Successor(const std::filesystem::path& file);
+    explicit Successor(const fs::path& file) : target_(target_of(file)) {
+        std::tie(path_, descriptor_) = open_temporary(target_);
+        if (descriptor_ >= 0)
+            return;
+        const int error = errno;
+        const auto folder = target_.parent_path().empty() ? fs::path(".") : target_.parent_path();
+        std::error_code unknown;
+        if ((error == ENOENT || error == ENOTDIR) && !fs::is_directory(folder, unknown))
+            refuse(target_, "cannot be written: there is no folder " + folder.string() + "; make it first");
+        refuse_making(target_, "cannot be written", error, cure);
+    }
     Successor(const Successor&) = delete;
     Successor& operator=(const Successor&) = delete;
-    ~Successor();
+    ~Successor() {
+        if (descriptor_ >= 0)
+            ::close(descriptor_);
+        if (!done_)
+            ::unlink(path_.c_str());
+    }
 
-    /// Writes from byte number `at` on.
-    void write(std::span<const unsigned char> bytes, std::uint64_t at);
-
-    /// No more is written: all of it lies on the disk.
-    void complete();
+    /// What it holds, all of which then lies on the disk.
+    void write(std::span<const unsigned char> bytes) {
+        while (!bytes.empty()) {
+            const auto written = ::write(descriptor_, bytes.data(), std::min<std::size_t>(bytes.size(), 1u << 30));
+            if (written < 0 && errno == EINTR)
+                continue;
+            if (written <= 0)
+                fail(written < 0 ? errno : ENOSPC);
+            bytes = bytes.subspan(static_cast<std::size_t>(written));
+        }
+        // What the owner had granted is kept, where the disk has such permissions.
+        struct stat old;
+        const int unknown = ::stat(target_.c_str(), &old) == 0 ? 0 : errno;
+        if (unknown == 0 && ::fchmod(descriptor_, old.st_mode & 07777) != 0 && errno != EPERM && errno != ENOTSUP)
+            fail(errno);
+        if (unknown == EIO) // it may be a file that is there for nobody else
+            fail(unknown);
+        if (::close(std::exchange(descriptor_, -1)) != 0) // where network disks say that they are full
+            fail(errno);
+    }
 
     /// What the file is, now and in its target's place. Throws: Error where it is not there any more.
-    FileState state() const;
+    FileState state() const {
+        const auto state = state_of(path_);
+        if (!state)
+            fail(ENOENT);
+        return *state;
+    }
 
-    void take_over();
+    void take_over() {
+        if (::rename(path_.c_str(), target_.c_str()) != 0)
+            fail(errno);
+        done_ = true;
+    }
 
 private:
-    [[noreturn]] void fail(int error) const;
+    [[noreturn]] void fail(int error) const { refuse_write(target_, "cannot be written", error, cure); }
 
-    std::filesystem::path target_, path_;
+    fs::path target_, path_;
     int descriptor_ = -1;
     bool done_ = false;
 };
-
-Successor::Successor(const fs::path& file) : target_(target_of(file)) {
-    std::tie(path_, descriptor_) = open_temporary(target_);
-    if (descriptor_ >= 0)
-        return;
-    const int error = errno;
-    const auto folder = target_.parent_path().empty() ? fs::path(".") : target_.parent_path();
-    std::error_code unknown;
-    if ((error == ENOENT || error == ENOTDIR) && !fs::is_directory(folder, unknown))
-        refuse(target_, "cannot be written: there is no folder " + folder.string() + "; make it first");
-    refuse_making(target_, "cannot be written", error, cure);
-}
-
-Successor::~Successor() {
-    if (descriptor_ >= 0)
-        ::close(descriptor_);
-    if (!done_)
-        ::unlink(path_.c_str());
-}
-
-void Successor::write(std::span<const unsigned char> bytes, std::uint64_t at) {
-    while (!bytes.empty()) {
-        const auto written =
-            ::pwrite(descriptor_, bytes.data(), std::min<std::size_t>(bytes.size(), 1u << 30), static_cast<off_t>(at));
-        if (written < 0 && errno == EINTR)
-            continue;
-        if (written <= 0)
-            fail(written < 0 ? errno : ENOSPC);
-        bytes = bytes.subspan(static_cast<std::size_t>(written));
-        at += static_cast<std::uint64_t>(written);
-    }
-}
-
-void Successor::complete() {
-    // What the owner had granted is kept, where the disk has such permissions.
-    struct stat old;
-    const int unknown = ::stat(target_.c_str(), &old) == 0 ? 0 : errno;
-    if (unknown == 0 && ::fchmod(descriptor_, old.st_mode & 07777) != 0 && errno != EPERM && errno != ENOTSUP)
-        fail(errno);
-    if (unknown == EIO) // it may be a file that is there for nobody else
-        fail(unknown);
-    if (::close(std::exchange(descriptor_, -1)) != 0) // where network disks say that they are full
-        fail(errno);
-}
-
-FileState Successor::state() const {
-    const auto state = state_of(path_);
-    if (!state)
-        fail(ENOENT);
-    return *state;
-}
-
-void Successor::take_over() {
-    if (::rename(path_.c_str(), target_.c_str()) != 0)
-        fail(errno);
-    done_ = true;
-}
-
-void Successor::fail(int error) const {
-    refuse_write(target_, "cannot be written", error, cure);
-}
 
 } // namespace
 
@@ -159,8 +137,7 @@ void replace_files(std::span<const NewFile> files, const LastFile& last) {
         if (!targets.insert(whole_path(file.file)).second)
             refuse(file.file, "would be written twice; write one of the two elsewhere");
         Successor& successor = successors.emplace_back(file.file);
-        successor.write(file.bytes, 0);
-        successor.complete();
+        successor.write(file.bytes);
         states.push_back(successor.state());
     };
     for (const NewFile& file : files)

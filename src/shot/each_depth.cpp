@@ -20,7 +20,7 @@
 namespace fathom::shot {
 namespace {
 
-using cli::floats_on_host, cli::on_host;
+using io::floats_on_host, io::on_host;
 
 // Adds the seconds of its own life.
 class Stopwatch {

@@ -67,7 +67,7 @@ std::optional<Packing> found_packing(const std::string& file) {
     for (const Packing packing :
          {Packing::rgb_red_low, Packing::rgb_red_high, Packing::rgba_red_low, Packing::rgba_red_high}) {
         const auto depth = io::if_any([&] { return read_depth(file, {.packing = packing}); });
-        if (!depth || !rank_encodings(on_host(depth->values, depth->storage)).family)
+        if (!depth || !rank_encodings(io::on_host(depth->values, depth->storage)).family)
             continue; // the image has no such channels, or no such values
         if (found)
             return std::nullopt;
@@ -105,7 +105,7 @@ Findings inspected(const InspectArguments& options) {
     found.depth = described ? read_depth(options.file, {.channel = options.channel, .packing = described->packing})
                             : read_without_camera(options, found.packing);
     found.channels = list_channels(options.file);
-    const HostDepth stored = on_host(found.depth.values, found.depth.storage);
+    const HostDepth stored = io::on_host(found.depth.values, found.depth.storage);
     const cv::Mat& values = found.depth.values;
     found.statistics = stored_statistics(stored);
     if (!described) {

@@ -216,7 +216,7 @@ std::string keys_of(const YAML::Node& map) {
     std::vector<std::string> keys;
     for (const auto& item : map)
         keys.push_back(item.first.IsScalar() ? item.first.Scalar().substr(0, 60) : "?");
-    return named(keys);
+    return listed(keys);
 }
 
 /// The numbers of a text that holds a matrix of 3 × 3, 3 × 4 or 4 × 4, and nothing else but brackets, commas and comments.

@@ -9,7 +9,6 @@
 
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <cmath>
 #include <cstring>
 #include <sstream>
@@ -19,8 +18,6 @@ using nlohmann::json;
 
 namespace fathom::io {
 namespace {
-
-static_assert(std::endian::native == std::endian::little, "COLMAP's binary files are little-endian");
 
 /// What the parameters of a camera model distort, behind its focal lengths and its principal point.
 enum class Distortion { none, radial, opencv, fisheye, other };

@@ -16,23 +16,6 @@ namespace fathom {
 namespace io {
 namespace {
 
-/// The first character that is no white space and no byte order mark.
-char first_character(const fs::path& file) {
-    constexpr std::string_view skipped = " \t\r\n\xef\xbb\xbf";
-    constexpr std::size_t most = 1 << 16;
-    for (const auto byte : read_head(file, most)) {
-        const auto each = static_cast<char>(byte);
-        if (skipped.find(each) == std::string_view::npos)
-            return each;
-    }
-    return 0;
-}
-
-bool begins_with(const fs::path& file, const std::string& magic) {
-    const Bytes bytes = read_head(file, magic.size());
-    return std::string(bytes.begin(), bytes.end()) == magic;
-}
-
 Imported imported_by_format(const fs::path& file, const ImportOptions& options) {
     if (is_colmap(file)) {
         refuse_choice(file, options.node, "--node", "glTF");
@@ -40,15 +23,17 @@ Imported imported_by_format(const fs::path& file, const ImportOptions& options) 
     }
     check_readable(file);
     const bool exr = begins_like_exr(file);
-    const char first = first_character(file);
-    if (!exr && (first == '{' || first == 'g')) {
-        auto json = first == 'g' && !begins_with(file, "glTF") ? nlohmann::json() : parsed_json_or_glb(file);
+    const Bytes head = read_head(file, 1 << 16);
+    const std::string_view text(reinterpret_cast<const char*>(head.data()), head.size());
+    const std::size_t begin = text.find_first_not_of(" \t\r\n\xef\xbb\xbf"); // behind a byte order mark
+    const char first = begin == text.npos ? '\0' : text[begin];
+    if (!exr && (first == '{' || text.starts_with("glTF"))) {
+        auto json = parsed_json_or_glb(file);
         if (json.is_object() && !json.contains("camera_matrix") && !json.contains("distortion_model"))
             return import_parsed(file, std::move(json), options);
     }
     constexpr std::size_t some = 1024; // of a text, that has no byte of 0
-    const bool is_binary =
-        static_cast<unsigned char>(first) >= 0x80 || std::ranges::count(read_head(file, some), 0) > 0;
+    const bool is_binary = static_cast<unsigned char>(first) >= 0x80 || text.substr(0, some).find('\0') != text.npos;
     if (!exr && is_binary)
         refuse(file, "is no camera, but an image or another binary file; give a camera file (docs/cameras.md)");
     if (!exr && first == '<')

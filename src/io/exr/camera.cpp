@@ -89,16 +89,14 @@ public:
 
     /// A matrix as it was written.
     std::optional<Matrix4d> matrix(const std::string& name) const {
+        using RowByRow = Eigen::Matrix<double, 4, 4, Eigen::RowMajor>;
         Matrix4d matrix;
         if (const auto* f = find<Imf::M44fAttribute>(name))
-            for (int i = 0; i < 16; ++i)
-                matrix(i / 4, i % 4) = f->value()[i / 4][i % 4];
+            matrix = Eigen::Map<const Eigen::Matrix<float, 4, 4, Eigen::RowMajor>>(f->value()[0]).cast<double>();
         else if (const auto* d = find<Imf::M44dAttribute>(name))
-            for (int i = 0; i < 16; ++i)
-                matrix(i / 4, i % 4) = d->value()[i / 4][i % 4];
+            matrix = Eigen::Map<const RowByRow>(d->value()[0]);
         else if (const auto numbers = numbers_in_text(name); numbers.size() == 16)
-            for (int i = 0; i < 16; ++i)
-                matrix(i / 4, i % 4) = numbers[static_cast<std::size_t>(i)];
+            matrix = Eigen::Map<const RowByRow>(numbers.data());
         else
             return std::nullopt;
         if (!matrix.allFinite())
@@ -381,17 +379,9 @@ std::optional<Imported> imported(const Header& header) {
     if (const auto shift = header.vector("rs/camera/shift"); shift && !shift->isZero())
         header.refuse("rs/camera/shift", "is a shift, whose unit Redshift does not document");
     HeaderCamera camera = standard_matrices(header).value_or(HeaderCamera{});
-    const auto use = [&](const std::optional<json>& found) {
-        if (camera.projection.is_null() && found)
-            camera.projection = *found;
-    };
-    if (camera.projection.is_null()) {
-        use(angle_of_view(header, camera.warnings));
+    for (const auto read : {angle_of_view, film_back, screen_window})
         if (camera.projection.is_null())
-            use(film_back(header, camera.warnings));
-        if (camera.projection.is_null())
-            use(screen_window(header, camera.warnings));
-    }
+            camera.projection = read(header, camera.warnings).value_or(json());
     if (camera.projection.is_null())
         return std::nullopt;
     const bool vray = header.number("cameraFov").has_value() || header.has_name_with("vrayInfo/");

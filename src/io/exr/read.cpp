@@ -228,7 +228,7 @@ public:
         }
         const int part = chosen_.front().part;
         if (std::ranges::any_of(chosen_, [&](const Candidate& channel) { return channel.part != part; }))
-            refuse(file, "has the channels " + listed(names, std::identity()) + " in several parts; name one of them");
+            refuse(file, "has the channels " + listed(names) + " in several parts; name one of them");
         if (!exr_.partComplete(part))
             refuse(file, "is incomplete: some of its rows were never written; render or copy it again");
         const auto& header = exr_.header(part);
