@@ -115,8 +115,8 @@ Frame frame_of(Case& on) {
     return {on.width(),
             on.height(),
             static_cast<double>(on.camera().projection.matrix(0, 0)),
-            floats_of(linearize(on.stored()).image),
-            floats_of(on.color()),
+            images::floats(linearize(on.stored()).image),
+            images::floats(on.color()),
             on.lens()};
 }
 
@@ -192,7 +192,7 @@ std::vector<Figures> against_path_tracer(const Device& device, const Blender& bl
     const std::pair<const char*, Quality> qualities[] = {
         {"fast", Quality::fast}, {"balanced", Quality::balanced}, {"accurate", Quality::accurate}};
     for (const auto& [name, quality] : qualities)
-        add_blur(name, Method::Kind::library, floats_of(dof(stored, color, circle, {.quality = quality})));
+        add_blur(name, Method::Kind::library, images::floats(dof(stored, color, circle, {.quality = quality})));
     add_blur("the sharp frame", Method::Kind::baseline, sharp);
     const std::vector<float> z(depth.ptr<float>(), depth.ptr<float>() + depth.total());
     add_blur(
@@ -204,10 +204,10 @@ std::vector<Figures> against_path_tracer(const Device& device, const Blender& bl
     for (const auto& [name, quality] : qualities)
         for (const bool constant : {false, true}) {
             const std::vector<float> got =
-                floats_of(ssao(stored, ray_length,
-                               {.sampling = Sampling{.quality = quality},
-                                .thickness = constant ? std::optional<Thickness>(ray_length / 4) : std::nullopt})
-                              .visibility);
+                images::floats(ssao(stored, ray_length,
+                                    {.sampling = Sampling{.quality = quality},
+                                     .thickness = constant ? std::optional<Thickness>(ray_length / 4) : std::nullopt})
+                                   .visibility);
             std::vector<double> errors;
             for (std::size_t i = 0; i < got.size(); ++i)
                 errors.push_back(static_cast<double>(got[i]) - static_cast<double>(visibility.ptr<float>()[i]));

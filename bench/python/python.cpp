@@ -33,8 +33,8 @@ std::string name_of(const View& view, bool is_timed) {
 nlohmann::json frame_of(const Device& device, const View& view, bool is_timed, const TempFolder& folder) {
     Case on(device, view, 1);
     const std::string name = name_of(view, is_timed);
-    write_raw(folder / (name + ".stored"), floats_of(on.stored().image));
-    write_raw(folder / (name + ".z"), floats_of(linearize(on.stored()).image));
+    write_raw(folder / (name + ".stored"), images::floats(on.stored().image));
+    write_raw(folder / (name + ".z"), images::floats(linearize(on.stored()).image));
     const auto& frustum = *view.subject.frustum;
     return {{"name", name},
             {"width", on.width()},
