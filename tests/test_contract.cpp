@@ -192,8 +192,10 @@ Call call(std::string name, std::function<Reach(const StoredDepth&)> reach, Run 
 Call ssao_call(const std::string& name, SsaoOptions options, std::function<void(SsaoOptions&, const Inputs&)> give = {},
                double length = radius) {
     const auto reach_of = [=](const StoredDepth& stored) {
-        const Reach found = reach(stored, length, options), most = reach(Tile(stored), length, options, nearest);
+        const Reach found = reach(stored, length, options), most = reach(Tile(stored), length, options, nearest),
+                    least = reach(Tile(stored), length, options, nearest + 1);
         CHECK((found.columns <= most.columns && found.rows <= most.rows));
+        CHECK((found.columns >= least.columns && found.rows >= least.rows));
         return found;
     };
     Call made = call("ssao" + name, reach_of, [=](const Inputs& in, auto... results) {
