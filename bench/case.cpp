@@ -2,6 +2,7 @@
 
 #include "runtime/state.hpp"
 
+#include "brute_force.hpp"
 #include "parallel.hpp"
 
 #include <algorithm>
@@ -74,7 +75,7 @@ Case::Case(const Device& device, View view, const std::vector<double>& stored, i
         frame.stored = uploaded(device, Element::f32, layout, values);
         frame.stored16 = uploaded(device, Element::u16, layout, codes);
     }
-    const std::vector<float> z = floats_of(linearize({frames_[0].stored, camera()}).image);
+    const std::vector<float> z = images::floats(linearize({frames_[0].stored, camera()}).image);
     for (std::size_t i = 0; i < z.size(); i += 17)
         if (std::isfinite(z[i]))
             sorted_depth_.push_back(z[i]);
@@ -138,7 +139,7 @@ const Image& Case::color() {
 // Distances, seen by the same camera.
 StoredDepth Case::backs() {
     if (!backs_)
-        backs_ = uploaded(device_, Element::f32, {width(), height()}, ends_of(view_));
+        backs_ = uploaded(device_, Element::f32, {width(), height()}, oracle::ends_of(view_.scene, camera()));
     Camera of_distances = camera();
     of_distances.encoding = Encoding::view_z;
     return {backs_, of_distances};
@@ -183,13 +184,6 @@ CircleOfConfusion Case::lens() const {
     }
     const double k = max_coc_px / std::max(sharp / nearest - 1, 1 - sharp / farthest);
     return {k, k * sharp};
-}
-
-std::vector<float> floats_of(const Image& image) {
-    std::vector<float> values(static_cast<std::size_t>(image.width()) * static_cast<std::size_t>(image.height()) *
-                              static_cast<std::size_t>(image.channels()));
-    image.download(values.data());
-    return values;
 }
 
 } // namespace fathom::bench

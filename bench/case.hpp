@@ -1,5 +1,6 @@
 #pragma once
 
+#include "images.hpp"
 #include "views.hpp"
 
 #include <fathom/fathom.hpp>
@@ -69,8 +70,5 @@ private:
     std::vector<Frame> frames_;
     std::size_t current_ = 0;
 };
-
-/// All channels of all pixels.
-std::vector<float> floats_of(const Image& image);
 
 } // namespace fathom::bench

@@ -37,7 +37,7 @@ public:
     Case& on() { return on_; }
 
     Deviation error(const Method& method) {
-        const std::vector<float> got = floats_of(method.run(on_));
+        const std::vector<float> got = images::floats(method.run(on_));
         if (method.operation == "linearize")
             return depth_error(method, got);
         if (method.operation == "unproject")
@@ -167,9 +167,8 @@ private:
     Deviation occlusion_error(const Method& method, const std::vector<oracle::Sample>& truth,
                               bool as_thick_as_brute_force) {
         on_.as_thick_as_brute_force = as_thick_as_brute_force;
-        const std::vector<float> got = floats_of(method.run(on_));
-        const oracle::Off off =
-            oracle::error_of(truth, [&](const oracle::Sample& p) { return static_cast<double>(got[index(p.x, p.y)]); });
+        const std::vector<float> got = images::floats(method.run(on_));
+        const oracle::Off off = oracle::error_of(truth, got, on_.width());
         if (as_thick_as_brute_force) {
             squares_.clear();
             for (const oracle::Sample& p : truth) {

@@ -238,7 +238,7 @@ void add_dof(Rows& rows) {
             if (!wall) {
                 wall = Image(on.device(), Element::f32, {on.width(), on.height()});
                 runtime::queue_of(on.device())
-                    .enqueueFillBuffer(runtime::buffer_of(wall), std::ranges::max(floats_of(on.stored().image)), 0,
+                    .enqueueFillBuffer(runtime::buffer_of(wall), std::ranges::max(images::floats(on.stored().image)), 0,
                                        Image::allocation(Element::f32, {on.width(), on.height()}));
             }
             DofOptions options;
@@ -281,7 +281,7 @@ std::vector<Row> chosen(std::vector<Row> list, const std::string& text) {
 // Over a sample of pixels, in units in the last place of the exact value.
 Deviation error_of(const Row& row, Case& on) {
     row.run(on);
-    const std::vector<float> stored = floats_of(on.stored().image), result = floats_of(on.floats(1));
+    const std::vector<float> stored = images::floats(on.stored().image), result = images::floats(on.floats(1));
     const oracle::Truth truth(*row.decoded, Storage::float32);
     const auto width = static_cast<std::size_t>(on.width());
     constexpr std::size_t stride = 37;
@@ -336,7 +336,7 @@ std::vector<Figures> operations(const Device& device, Size size, int frames, con
                         .after = [&] { row.in_place ? row.place().restore() : void(); },
                         .every = row.every});
     }
-    const auto samples = measured(device, work, effort.rounds, effort.clock);
+    const auto samples = measured(device, work, effort.rounds);
     std::map<std::string, double> floors;
     for (std::size_t i = 0; i < rows.size(); ++i)
         floors[rows[i].name] = median(samples[i]);

@@ -1,10 +1,7 @@
 #include "views.hpp"
 
-#include "parallel.hpp"
-
 #include <Eigen/Geometry>
 
-#include <algorithm>
 #include <limits>
 #include <utility>
 
@@ -36,24 +33,6 @@ oracle::Subject from_above(double aspect) {
 }
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
-constexpr double touching = 1e-7; ///< scene units: solids that are no farther apart have no gap
-
-// Where a ray is inside a surface, from each place where it goes in to the one where it comes out.
-std::vector<std::pair<double, double>> passages(const scene::Scene& surface, scene::Ray ray) {
-    std::vector<std::pair<double, double>> list;
-    bool inside = false;
-    while (const auto met = scene::met(surface, ray)) {
-        const double at = (met->position - ray.origin).dot(ray.direction);
-        if (inside)
-            list.back().second = at;
-        else
-            list.emplace_back(at, infinity);
-        inside = !inside;
-        ray.first = at + touching;
-    }
-    return list;
-}
-
 } // namespace
 
 View room_view(int width, int height) {
@@ -91,41 +70,6 @@ std::vector<View> pinhole_views(int width, int height) {
         list.push_back(view);
     }
     return list;
-}
-
-std::vector<float> ends_of(const View& view) {
-    const scene::Caster caster(view.scene, view.camera());
-    const Eigen::Matrix4d to_world = scene::to_world(view.camera());
-    const auto width = static_cast<std::size_t>(view.camera().width);
-    std::vector<float> ends(width * static_cast<std::size_t>(view.camera().height));
-    oracle::in_parallel(ends.size(), [&](std::size_t i) {
-        const scene::Ray seen = caster.ray(static_cast<double>(i % width) + 0.5, static_cast<double>(i / width) + 0.5);
-        const double unit = seen.direction.norm();
-        scene::Ray ray{(to_world * seen.origin.homogeneous()).head<3>(),
-                       to_world.topLeftCorner<3, 3>() * seen.direction / unit, seen.first * unit, seen.last * unit};
-        const auto met = scene::met(view.scene, ray);
-        ends[i] = std::numeric_limits<float>::quiet_NaN();
-        if (!met)
-            return;
-        const double start = (met->position - ray.origin).dot(ray.direction);
-        ray.last = infinity;
-        std::vector<std::pair<double, double>> solid;
-        for (const scene::Primitive& primitive : view.scene)
-            if (!std::holds_alternative<scene::Disk>(primitive))
-                for (const auto& passage : passages({primitive}, ray))
-                    solid.push_back(passage);
-        double end = start;
-        const auto goes_on = [&](const auto& passage) {
-            return passage.first <= end + touching && passage.second > end + touching;
-        };
-        for (auto next = std::ranges::find_if(solid, goes_on); next != solid.end();
-             next = std::ranges::find_if(solid, goes_on))
-            end = next->second;
-        if (end == start) // a disk
-            end = infinity;
-        ends[i] = static_cast<float>(std::abs(seen.origin.z() + end * seen.direction.z() / unit));
-    });
-    return ends;
 }
 
 Eigen::Vector3d color_of(const View& view, const Eigen::Vector3d& position, const Eigen::Vector3d& normal) {

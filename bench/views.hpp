@@ -34,10 +34,6 @@ View room_view(int width, int height);
 /// The ordinary perspectives among them, in OpenCV's axes: what other libraries' pinholes see.
 std::vector<View> pinhole_views(int width, int height);
 
-/// Depth of each pixel where what it shows ends: the solids that its ray goes through one after the other without a gap. What
-/// encloses nothing, as the ground, the walls of a room and flat disks, ends infinitely far away. NaN where there is nothing.
-std::vector<float> ends_of(const View& view);
-
 /// Linear red, green and blue of a surface in world space: a checker pattern, lit from above. No primitive has its own
 /// colour.
 Eigen::Vector3d color_of(const View& view, const Eigen::Vector3d& position, const Eigen::Vector3d& normal);

@@ -2,6 +2,7 @@
 
 #include <fathom/camera.hpp>
 #include <fathom/lens.hpp>
+#include <fathom/linearize.hpp>
 #include <fathom/pixel_rays.hpp>
 
 #include <Eigen/Geometry>
@@ -9,6 +10,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <limits>
 #include <numbers>
 #include <optional>
 #include <string>
@@ -106,6 +108,48 @@ inline std::optional<double> part_stored(const fathom::Camera& camera, const Eig
         return 1;
     const double ahead = forwards_of(camera) * ray.z();
     return ahead > std::cos(89 * std::numbers::pi / 180) * (1 + 1e-6) ? std::optional(ahead) : std::nullopt;
+}
+
+inline constexpr float no_depth = std::numeric_limits<float>::quiet_NaN();
+
+inline fathom::StoredDepth depth_of(const fathom::Device& device, const fathom::Camera& camera,
+                                    const std::vector<float>& values) {
+    return {fathom::Image::from_host(device, fathom::Element::f32, values.data(), {camera.width, camera.height}),
+            camera};
+}
+
+// Directions to walls that lie 2.5 away: ahead, almost below, and aside.
+inline std::vector<Eigen::Vector3d> walls_around(const fathom::Camera& camera) {
+    const double ahead = forwards_of(camera);
+    return {Eigen::Vector3d(0.3, -0.2, ahead).normalized(), Eigen::Vector3d(0.1, -1, 0.2 * ahead).normalized(),
+            Eigen::Vector3d(0.9, 0.3, -0.2).normalized()};
+}
+
+// The depth of such a wall, where its cosine to a ray is at least so large.
+inline std::vector<float> depth_of_wall(const fathom::Camera& camera, const std::vector<PixelRay>& rays,
+                                        const Eigen::Vector3d& wall, double least) {
+    std::vector<float> depth;
+    for (const PixelRay& ray : rays) {
+        const auto part = ray ? part_stored(camera, *ray) : std::nullopt;
+        const double across = ray ? wall.dot(*ray) : 0;
+        depth.push_back(part && across > least ? static_cast<float>(2.5 / across * *part) : no_depth);
+    }
+    return depth;
+}
+
+// A camera that is turned and does not stand in the world's origin.
+inline Eigen::Matrix4d turned_view() {
+    Eigen::Isometry3d view = Eigen::Isometry3d::Identity();
+    view.rotate(Eigen::AngleAxisd(0.7, Eigen::Vector3d(1, 2, -0.5).normalized()));
+    view.translate(Eigen::Vector3d(-1.5, 2.25, 7));
+    return view.matrix();
+}
+
+// From the axes of view space to those of the scenes, which are OpenGL's.
+inline Eigen::Vector3d in_scene(const fathom::Camera& camera, const Eigen::Vector3d& vector) {
+    const fathom::ViewAxes axes = camera.projection.convention.view_axes;
+    return {vector.x(), axes == fathom::ViewAxes::opencv ? -vector.y() : vector.y(),
+            axes == fathom::ViewAxes::opengl ? vector.z() : -vector.z()};
 }
 
 // Where rays turn like those on the axis: not within some pixels of a fold, where they turn without end, nor where those of

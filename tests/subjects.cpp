@@ -1,6 +1,8 @@
 #include "subjects.hpp"
 
+#include <array>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <sstream>
 
@@ -98,6 +100,11 @@ std::vector<Subject> of_every_encoding() {
     return subjects;
 }
 
+namespace {
+
+constexpr double ratios[] = {2, 10, 1e3, 1e6, 1e9};
+
+// Every convention, order and range of depths, infinite ones included, as `make` builds them.
 std::vector<Subject> everywhere(const char* what, const std::function<Subject(DepthSpan, Convention)>& make) {
     constexpr double nears[] = {0.1, 1e-6, 3.7, 1e3, 0.01};
     std::vector<Subject> subjects;
@@ -111,6 +118,150 @@ std::vector<Subject> everywhere(const char* what, const std::function<Subject(De
                 subjects.push_back(named(make(span, convention), text_of(what, name, span)));
             }
     return subjects;
+}
+
+std::vector<Subject> of_ranges(const std::vector<std::array<double, 2>>& ranges, const std::vector<double>& fars) {
+    std::vector<Subject> subjects;
+    for (const auto& range : ranges)
+        for (const DepthOrder order : orders)
+            for (const double far : fars) {
+                subjects.push_back(named(from_edges({-0.1, 0.3, -0.2, 0.1}, {0.1, far, order}),
+                                         text_of("depth range", "", {range[0], range[1], order})));
+                subjects.back().camera.depth_range = range;
+            }
+    return subjects;
+}
+
+std::vector<Subject> orthographics() {
+    std::vector<Subject> subjects;
+    for (const auto& [name, convention] : conventions)
+        for (const DepthOrder order : orders)
+            for (const auto& [near, far] : {std::pair{0.1, 1e8},
+                                            {1e-6, 1e3},
+                                            {-5.0, 20.0},
+                                            {-0.1, 1e6},
+                                            {-0.000180465, 521.376},
+                                            {20.0, -5.0},
+                                            {0.0, 1.0},
+                                            {-1e6, 1e6},
+                                            {1e6, 1e6 + 1},
+                                            {-3.0, -2.0}}) {
+                const DepthSpan span{near, far, order};
+                subjects.push_back(
+                    named(from_orthographic({-5, 7, -4, 3}, span, convention), text_of("orthographic", name, span)));
+            }
+    return subjects;
+}
+
+std::vector<Subject> oblique_orthographics() {
+    std::vector<Subject> subjects;
+    for (const auto& [name, convention] : conventions)
+        for (const DepthOrder order : orders)
+            for (const auto& [near, far] : {std::pair{0.1, 1e8}, {-5.0, 20.0}, {1e-6, 1e3}, {-1e4, 1e4}, {-1e6, 1e6}}) {
+                const DepthSpan span{near, far, order};
+                subjects.push_back(oblique_orthographic({0.3, -0.2, -1, -2}, span, name, convention));
+                subjects.push_back(oblique_orthographic({1, 1, -0.1, 3}, span, name, convention));
+            }
+    return subjects;
+}
+
+void add_matrices(std::vector<Family>& families) {
+    Family reciprocal{"reciprocal of a matrix", {}}, rational{"rational", {}};
+    for (const double ratio : ratios)
+        for (const double near : {0.1, 1e-6, 1e3}) {
+            const Eigen::Matrix4d matrix = perspective_matrix(0.7, 0.5, near, near * ratio);
+            const std::string name = text_of("matrix", "", {near, near * ratio});
+            reciprocal.subjects.push_back(named(from_matrix(matrix), name));
+            for (const auto& [how, other] : {std::pair{" tilted", tilted(matrix, 0.2, -0.1)},
+                                             {" centre moved ahead", moved(matrix, {3 * near, near, -2 * near})},
+                                             {" centre moved back", moved(matrix, {0, near, 0.3 * near})}})
+                rational.subjects.push_back(named(from_matrix(other), name + how));
+        }
+    families.push_back(reciprocal);
+    families.push_back(rational);
+}
+
+// With the numbers of their encodings.
+void add_encodings(std::vector<Family>& families) {
+    const Subject plain = from_field_of_view(1, 1.5, {0.1, 100});
+    Family median{"median", {}}, metric{"linear, view-z, inverse", {}}, exponential{"exponential", {}};
+    for (const double at : {1e-6, 0.1, 4.0, 1e6})
+        for (const auto& range : {std::array{0.0, 1.0}, std::array{-1.0, 1.0}, std::array{1.0, 0.0}}) {
+            median.subjects.push_back(encoded(named(plain, "median"), Encoding::median, 1));
+            median.subjects.back().camera.median = at;
+            median.subjects.back().camera.depth_range = range;
+        }
+    for (const Encoding encoding : {Encoding::linear, Encoding::pseudo_linear})
+        for (const auto& [near, far] :
+             {std::pair{0.0, 3.0}, {1e-6, 3.000002}, {0.1, 3.2}, {1e6, 2e6 + 3}, {0.1, 1e8}}) {
+            metric.subjects.push_back(encoded(named(plain, to_string(encoding)), encoding, 1));
+            metric.subjects.back().camera.near_plane = near;
+            metric.subjects.back().camera.far_plane = far;
+        }
+    for (const Encoding encoding : {Encoding::view_z, Encoding::inverse})
+        for (const double scale : {1.0, 0.001, 1e6, 0.1234567})
+            metric.subjects.push_back(encoded(named(plain, to_string(encoding)), encoding, scale));
+    for (const auto& range : {std::array{0.0, 1.0}, std::array{1.0, 0.0}, std::array{-1.0, 1.0}})
+        for (const double ratio : ratios)
+            for (const double c : {1.0, 0.001, 1e4})
+                for (const Encoding encoding : {Encoding::logarithmic, Encoding::exponential}) {
+                    const bool is_logarithmic = encoding == Encoding::logarithmic;
+                    Subject subject = encoded(named(plain, text_of(to_string(encoding), "", {c, ratio})), encoding, 1);
+                    subject.camera.depth_range = range;
+                    subject.camera.log_c = c;
+                    subject.camera.near_plane = c;
+                    subject.camera.far_plane = is_logarithmic ? ratio : c * ratio;
+                    exponential.subjects.push_back(subject);
+                }
+    families.insert(families.end(), {median, metric, exponential});
+}
+
+std::vector<Subject> along_rays() {
+    constexpr double infinity = std::numeric_limits<double>::infinity();
+    const DepthSpan span{0.1, 1e4};
+    const Eigen::Matrix4d matrix = perspective_matrix(0.7, 0.5, 0.1, 1e4);
+    std::vector<Subject> subjects;
+    for (const auto& [name, subject] :
+         {std::pair{"perspective", from_field_of_view(1.1, 1.5, span)},
+          {"166 degrees", from_field_of_view(2.9, 1, span)},
+          {"reversed", from_field_of_view(1.1, 1.5, {0.1, infinity, DepthOrder::reversed}, Convention::vulkan())},
+          {"crop far outside", from_edges({3, 3.1, -7, -6.9}, span, Convention::direct3d())},
+          {"orthographic", from_orthographic({-5, 7, -4, 3}, span)},
+          {"matrix", from_matrix(matrix)},
+          {"tilted", from_matrix(tilted(matrix, 0.2, -0.1))},
+          {"centre moved sideways", from_matrix(moved(matrix, {3, 1, 0}))},
+          {"centre moved ahead", from_matrix(moved(matrix, {3, 1, -2}))},
+          {"centre moved back", from_matrix(moved(matrix, {3, 1, 2}))}})
+        for (const double scale : {1.0, 0.001})
+            subjects.push_back(encoded(named(subject, name), Encoding::ray_distance, scale));
+    return subjects;
+}
+
+} // namespace
+
+std::vector<Family> families() {
+    constexpr double infinity = std::numeric_limits<double>::infinity();
+    std::vector<Family> all{
+        {"reciprocal", everywhere("perspective",
+                                  [](DepthSpan span, Convention convention) {
+                                      return from_field_of_view(1.1, 1.5, span, convention);
+                                  })},
+        {"depth range", of_ranges({{1, 0}, {-1, 1}, {0, 0.5}, {-1, 0.25}}, {1e4})},
+        // Ends that are no floats, or lie away from zero.
+        {"uneven depth range", of_ranges({{0.1, 0.9}, {0.25, 0.75}, {0.9, 0.1}, {3, 7.5}}, {5, 1e5, infinity})},
+        {"affine", orthographics()},
+        {"affine with x and y", oblique_orthographics()},
+        {"ray distance", along_rays()},
+        {"measures", of_every_measure()}};
+    for (const Eigen::Vector4d& tilt :
+         {Eigen::Vector4d(0.1, -0.2, -1, -2), Eigen::Vector4d(0.6, 0.5, -0.7, -1.2), Eigen::Vector4d(0, 0, -1, -1.5)})
+        all.push_back({"reciprocal-affine " + std::to_string(tilt[0]),
+                       everywhere("oblique", [&](DepthSpan span, Convention convention) {
+                           return oblique_perspective(tilt, span, convention);
+                       })});
+    add_matrices(all);
+    add_encodings(all);
+    return all;
 }
 
 double half_value(std::uint16_t bits) {

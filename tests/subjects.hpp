@@ -6,7 +6,6 @@
 
 #include <fathom/fathom.hpp>
 
-#include <functional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -50,11 +49,14 @@ Subject oblique_orthographic(const Eigen::Vector4d& plane, fathom::DepthSpan spa
 /// A camera of every form and encoding.
 std::vector<Subject> of_every_encoding();
 
-inline constexpr double ratios[] = {2, 10, 1e3, 1e6, 1e9};
+/// Cameras whose depth is decoded in one way.
+struct Family {
+    std::string name;
+    std::vector<Subject> subjects;
+};
 
-/// Every convention, order and range of depths, infinite ones included, as `make` builds them.
-std::vector<Subject> everywhere(const char* what,
-                                const std::function<Subject(fathom::DepthSpan, fathom::Convention)>& make);
+/// Every form in every convention, order and range of depths, infinite ones included, and every encoding with its numbers.
+std::vector<Family> families();
 
 double half_value(std::uint16_t bits);
 

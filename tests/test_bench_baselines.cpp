@@ -21,7 +21,7 @@ struct Errors {
 };
 
 Errors errors_of(const Method& method, Case& on, const scene::Rendered& truth) {
-    const std::vector<float> got = floats_of(method.run(on));
+    const std::vector<float> got = images::floats(method.run(on));
     Errors errors;
     long pixels = 0;
     for (std::size_t i = 0; i < truth.z.size(); ++i) {

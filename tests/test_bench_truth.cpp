@@ -95,7 +95,7 @@ TEST_CASE("bench: the columns of its tables stay what they are", "[bench]") {
     row.floor_seconds = 0.001;
     row.error = bench::summary("visibility", {0.3, -0.4, 0.0});
     row.scene_error = bench::summary("visibility", {0.5, -0.5});
-    const std::string csv = bench::table_of(device, {row}, bench::Clock::wall).csv();
+    const std::string csv = bench::table_of(device, {row}).csv();
     CHECK(csv.starts_with(
         "device,driver,commit,operation,method,kind,storage,scene,width,height,radius_px,clock,runs,ms,"
         "ms_q25,ms_q75,floor,floor_ms,time_to_floor,unit,mean,rms,p99,worst,points,scene_mean,scene_rms,"
@@ -116,12 +116,10 @@ TEST_CASE("bench: the true ends of a terrain need no normals", "[bench][slow]") 
         const double radius = fraction * oracle::median_width(oracle::DepthLayer(view.camera(), image.z));
         const auto points = oracle::ray_traced(view.scene, view.camera(), image, radius, oracle::sample_rays, 7);
         for (const Quality quality : qualities) {
-            const std::vector<float> got = bench::floats_of(
+            const std::vector<float> got = images::floats(
                 ssao(on.stored(), radius, {.sampling = Sampling{.quality = quality}, .thickness = on.backs()})
                     .visibility);
-            const double rms = oracle::error_of(points, [&](const oracle::Sample& p) {
-                                   return static_cast<double>(got[static_cast<std::size_t>(p.y * 480 + p.x)]);
-                               }).rmse;
+            const double rms = oracle::error_of(points, got, 480).rmse;
             std::printf("terrain against rays, radius %.1f %% of the width, true ends, %s: %.4f\n", 100 * fraction,
                         quality_names[static_cast<int>(quality)], rms);
             CHECK(rms <= ridge_error);

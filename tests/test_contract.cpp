@@ -6,23 +6,25 @@
 #include "images.hpp"
 #include "judge.hpp"
 #include "lenses.hpp"
+#include "rounds.hpp"
 #include "test_device.hpp"
 
-#include "description/operations.hpp"
 #include "runtime/state.hpp"
 
 #include <fathom/fathom.hpp>
 
 using namespace fathom;
 using images::floats;
+using rounds::most_coc;
 
 namespace {
 
-constexpr double nearest = 4, radius = 0.3, most_coc = 12;
-constexpr CircleOfConfusion lens{40, 180}, wide_lens{300, 1300};
+constexpr double nearest = 4, radius = 0.3;
+constexpr CircleOfConfusion lens{40, 192}, wide_lens{300, 1390};
 
+// Pixels are higher than wide.
 Camera metric_camera(int width, int height) {
-    Camera camera{.projection = perspective(1.0, 1.0 * width / height, {0.5, 100}),
+    Camera camera{.projection = perspective(1.0, 1.2 * width / height, {0.5, 100}),
                   .width = width,
                   .height = height,
                   .encoding = Encoding::view_z};
@@ -77,7 +79,7 @@ struct Inputs {
     }
 };
 
-/// Hills with steps above a smooth half, as blocks at half resolution need it, and pictures.
+/// Hills with steps and thin posts above a smooth half, as blocks at half resolution need it, and pictures.
 struct Scene {
     Camera camera;
     std::vector<float> depth, behind, color, plate, normals;
@@ -88,8 +90,9 @@ struct Scene {
         for (int y = 0; y < height; ++y)
             for (int x = 0; x < width; ++x) {
                 const bool smooth = y % 300 >= 128;
-                const double hills = nearest + 0.2 + (smooth ? 0.01 : 0.2) * std::sin(0.11 * x) * std::cos(0.07 * y);
-                depth.push_back(static_cast<float>(smooth || x % 60 < 40 ? hills : hills + 2));
+                const double hills = nearest + 0.5 + (smooth ? 0.01 : 0.2) * std::sin(0.11 * x) * std::cos(0.07 * y);
+                const double step = smooth ? 0 : x % 60 == 20 ? -0.3 : x % 60 < 40 ? 0 : 2;
+                depth.push_back(static_cast<float>(hills + step));
                 behind.push_back(static_cast<float>(hills + 0.3 + 0.05 * (x / 20 % 5)));
                 for (int channel = 0; channel < 3; ++channel) {
                     color.push_back(static_cast<float>((7 * x + 5 * y + 3 * channel) % 32) / 32);
@@ -115,67 +118,18 @@ struct Scene {
 /// A call of an operation with some options, and how far its pixels look.
 struct Call {
     std::string name;
-    std::function<Reach(const Tile&)> reach;
+    std::function<Reach(const StoredDepth&)> reach;
     std::function<std::vector<Image>(const Inputs&)> make;
     std::function<void(const Inputs&, const std::vector<Image>&)> into;
     bool reads_color = false;
+    std::function<std::size_t(const Tile&)> bytes = {}; ///< that it says it takes
 };
-
-constexpr double as_it_is = std::numeric_limits<double>::quiet_NaN();
-
-/// What numbers are set to: in turn, one value for each round. Others are 0.3, or above their least, in one of them, and 0.1 in
-/// the rest if they have no default.
-const std::map<std::string, std::array<double, 3>> numbers{
-    {"slices", {as_it_is, 2, as_it_is}},
-    {"samples", {as_it_is, 5, as_it_is}},
-    {"growth", {as_it_is, 8, as_it_is}},
-    {"jitter", {as_it_is, as_it_is, 4}},
-    {"thickness", {as_it_is, 0.1, std::numeric_limits<double>::infinity()}},
-    {"tolerance", {as_it_is, 2, as_it_is}},
-    {"seed", {as_it_is, 9, as_it_is}},
-    {"noise", {as_it_is, as_it_is, 1e-3}},
-    {"channels", {as_it_is, 4, as_it_is}},
-    {"transition_px", {as_it_is, 0, 2}},
-    {"tile_px", {as_it_is, 7, as_it_is}},
-    {"blades", {as_it_is, 5, as_it_is}},
-    {"rotation_degrees", {as_it_is, 20, as_it_is}},
-    {"ratio", {as_it_is, as_it_is, 1.5}},
-    {"start", {as_it_is, 2, as_it_is}},
-    {"max_opacity", {as_it_is, as_it_is, 0.5}},
-};
-
-/// Sets options to those of one of four rounds: as they are, with every result; then so that three rounds have each choice of
-/// each option.
-template <typename Set>
-void set_round(const std::vector<description::Option>& all, std::size_t round, const Set& set) {
-    using description::Option;
-    for (std::size_t i = 0; i < all.size(); ++i) {
-        const Option& option = all[i];
-        if (std::string(option.name) == "max_error") // stands for one of the methods
-            continue;
-        if (option.kind == description::Kind::result)
-            set(option, round == 0 || (round + i) % 2 == 0);
-        else if (option.kind == description::Kind::number) {
-            const auto known = numbers.find(option.name);
-            if (option.name == std::string("max_coc_px")) // the reach follows from it
-                set(option, most_coc);
-            else if (known == numbers.end() && (round == 2 || option.required))
-                set(option, option.range.holds(0.1) ? (round == 2 ? 0.3 : 0.1) : option.range.least + 1);
-            else if (known != numbers.end() && round > 0 && !std::isnan(known->second[round - 1]))
-                set(option, known->second[round - 1]);
-        } else if (option.kind == description::Kind::choice && round > 0)
-            set(option, (round - 1 + i) % option.choices().size());
-        else if (option.kind == description::Kind::flag && round > 1)
-            set(option, round == 2);
-        else if (option.kind >= description::Kind::point && option.kind <= description::Kind::direction && round > 1)
-            set(option, std::array{0.1, 0.9, 0.2});
-    }
-}
 
 template <typename Options>
 Options in_round(Options options, std::size_t round) {
-    set_round(description::options_of(options), round,
-              [&](const description::Option& option, const description::Value& value) { option.set(options, value); });
+    rounds::set(
+        description::options_of(options), round,
+        [&](const description::Option& option, const description::Value& value) { option.set(options, value); });
     return options;
 }
 
@@ -183,38 +137,32 @@ Options in_round(Options options, std::size_t round) {
 Call described_call(const description::Operation& operation, std::size_t round) {
     using description::Option;
     const std::shared_ptr<void> options = operation.make(nullptr);
-    set_round(operation.options, round, [&](const Option& option, const description::Value& value) {
+    rounds::set(operation.options, round, [&](const Option& option, const description::Value& value) {
         operation.set(options.get(), option, value);
     });
-    const auto is_color = [](const Option& option) { return option.name == std::string("color"); };
-    const auto run = [&operation, options, is_color](const Inputs& in, const std::vector<Image>* given) {
-        const std::shared_ptr<void> call = operation.make(options.get());
-        for (const Option& option : operation.options)
-            if (is_color(option))
-                operation.set(call.get(), option, in.color);
-            else if (option.kind == description::Kind::lens)
-                operation.set(call.get(), option, lens);
+    const auto run = [&operation, round](const Inputs& in, const std::vector<Image>* given) {
+        const std::shared_ptr<void> call = rounds::call_of(operation, round, in.color, lens, radius);
         std::vector<Image> images;
-        for (const description::Result& result : operation.results_of(call.get(), in.stored))
-            if (result.wanted) {
-                images.push_back(given ? given->at(images.size())
-                                       : Image(in.stored.image.device(), result.shape.element, result.shape.layout));
-                *result.image = images.back();
-            }
+        rounds::with_images(operation, call.get(), in.stored, [&](const description::Shape& shape) {
+            images.push_back(given ? given->at(images.size())
+                                   : Image(in.stored.image.device(), shape.element, shape.layout));
+            return images.back();
+        });
         operation.run(call.get(), in.stored, {});
         return images;
     };
     REQUIRE(operation.reach); // whatever the depth shows
     return Call{text(operation.name, ", round ", round),
-                [&operation, options](const Tile& tile) { return operation.reach(options.get(), tile); },
+                [&operation, options](const StoredDepth& stored) { return operation.reach(options.get(), stored); },
                 [=](const Inputs& in) { return run(in, nullptr); },
                 [=](const Inputs& in, const std::vector<Image>& given) { run(in, &given); },
-                std::ranges::any_of(operation.options, is_color)};
+                std::ranges::any_of(operation.options,
+                                    [](const Option& option) { return option.name == std::string_view("color"); })};
 }
 
 /// A call from its two forms: `run(inputs)`, which makes the results, and `run(inputs, results)`.
 template <typename Run>
-Call call(std::string name, std::function<Reach(const Tile&)> reach, Run run, bool reads_color = false) {
+Call call(std::string name, std::function<Reach(const StoredDepth&)> reach, Run run, bool reads_color = false) {
     if constexpr (std::is_same_v<decltype(run(Inputs())), Image>) {
         return {std::move(name), std::move(reach), [=](const Inputs& in) { return std::vector{run(in)}; },
                 [=](const Inputs& in, const std::vector<Image>& given) { run(in, given.front()); }, reads_color};
@@ -243,14 +191,21 @@ Call call(std::string name, std::function<Reach(const Tile&)> reach, Run run, bo
 
 Call ssao_call(const std::string& name, SsaoOptions options, std::function<void(SsaoOptions&, const Inputs&)> give = {},
                double length = radius) {
-    return call(
-        "ssao" + name, [=](const Tile& tile) { return reach(tile, length, options, nearest); },
-        [=](const Inputs& in, auto... results) {
-            SsaoOptions given = options;
-            if (give)
-                give(given, in);
-            return ssao(in.stored, results..., length, given);
-        });
+    const auto reach_of = [=](const StoredDepth& stored) {
+        const Reach found = reach(stored, length, options), most = reach(Tile(stored), length, options, nearest),
+                    least = reach(Tile(stored), length, options, nearest + 1);
+        CHECK((found.columns <= most.columns && found.rows <= most.rows));
+        CHECK((found.columns >= least.columns && found.rows >= least.rows));
+        return found;
+    };
+    Call made = call("ssao" + name, reach_of, [=](const Inputs& in, auto... results) {
+        SsaoOptions given = options;
+        if (give)
+            give(given, in);
+        return ssao(in.stored, results..., length, given);
+    });
+    made.bytes = [=](const Tile& tile) { return bytes(tile, options); };
+    return made;
 }
 
 Call dof_call(const std::string& name, const DofOptions& options, bool plated = false,
@@ -264,8 +219,10 @@ Call dof_call(const std::string& name, const DofOptions& options, bool plated = 
     DofOptions asked = options;
     if (plated)
         asked.clean_plate.emplace();
-    return call(
-        "dof" + name, [=](const Tile& tile) { return reach(tile, asked); }, run, true);
+    Call made = call(
+        "dof" + name, [=](const StoredDepth& stored) { return reach(stored, asked); }, run, true);
+    made.bytes = [=](const Tile& tile) { return bytes(tile, 3, asked); };
+    return made;
 }
 
 /// The calls of an operation in its four rounds.
@@ -287,7 +244,7 @@ const std::vector<Call>& calls() {
             all.insert(all.end(), its.begin(), its.end());
         }
         const Sampling fast{.quality = Quality::fast}, every_pixel{.quality = Quality::fast, .half_resolution = false};
-        all.push_back(ssao_call(" whose radius covers many pixels", {.sampling = fast}, {}, 0.8));
+        all.push_back(ssao_call(" whose radius covers many pixels", {.sampling = fast}, {}, 0.9));
         all.push_back(ssao_call(" with a second layer and normals", {.sampling = every_pixel},
                                 [](SsaoOptions& o, const Inputs& in) {
                                     o.thickness = in.behind;
@@ -296,6 +253,7 @@ const std::vector<Call>& calls() {
         all.push_back(ssao_call(" with a map of thicknesses", {.sampling = every_pixel},
                                 [](SsaoOptions& o, const Inputs& in) { o.thickness = in.behind.image; }));
         all.push_back(ssao_call(" with a constant thickness", {.sampling = every_pixel, .thickness = 0.1}));
+        all.push_back(ssao_call(" with an error", {.sampling = MaxError{0.2}}));
         for (const Quality quality : {Quality::fast, Quality::balanced, Quality::accurate})
             all.push_back(dof_call(text(" with a clean plate, quality ", static_cast<int>(quality)),
                                    {.quality = quality, .max_coc_px = most_coc}, true));
@@ -367,9 +325,10 @@ void check_tiles(const Call& call, const Inputs& whole) {
     const int width = whole.stored.image.width(), height = whole.stored.image.height();
     const std::vector<Image> expected = call.make(whole);
     const auto [columns, rows] = call.reach(whole.stored);
-    for (const Region& tile :
-         {Region{0, 0, width / 3, height / 3}, Region{width / 3 - 5, height / 4 + 1, width / 2, height / 3},
-          Region{2 * width / 3, height / 2, width - 2 * width / 3, height - height / 2}}) {
+    for (const Region& tile : {Region{0, 0, width / 3, height / 3},
+                               Region{20, 20, 46, 60}, // a post lies just within reach of its last column
+                               Region{width / 3 - 5, height / 4 + 1, width / 2, height / 3},
+                               Region{2 * width / 3, height / 2, width - 2 * width / 3, height - height / 2}}) {
         const int left = std::max(tile.x - columns, 0), top = std::max(tile.y - rows, 0),
                   right = std::min(tile.x + tile.width + columns, width),
                   bottom = std::min(tile.y + tile.height + rows, height);
@@ -518,27 +477,16 @@ long outside(const description::Result& result, const std::vector<float>& values
 
 /// How many numbers of all its results leave their ranges, for a random scene.
 long outside(const description::Operation& operation, std::size_t round, std::mt19937& random, const Device& device) {
-    const std::shared_ptr<void> call = operation.make(nullptr);
-    set_round(operation.options, round, [&](const description::Option& option, const description::Value& value) {
-        operation.set(call.get(), option, value);
-    });
     const int channels = random() % 2 != 0 ? 3 : 4;
     const Scene scene = random_scene(random, channels);
     const auto image = [&](const std::vector<float>& values, int count) {
         return Image::from_host(device, Element::f32, values.data(), {scene.camera.width, scene.camera.height, count});
     };
     const StoredDepth stored{image(scene.depth, 1), scene.camera};
-    for (const description::Option& option : operation.options)
-        if (option.name == std::string("color"))
-            operation.set(call.get(), option, image(scene.color, channels));
-        else if (option.name == std::string("radius"))
-            operation.set(call.get(), option, radius);
-        else if (option.kind == description::Kind::lens)
-            operation.set(call.get(), option, lens);
-    std::vector<description::Result> wanted = operation.results_of(call.get(), stored);
-    std::erase_if(wanted, [](const description::Result& result) { return !result.wanted; });
-    for (const description::Result& result : wanted)
-        *result.image = Image(device, result.shape.element, result.shape.layout);
+    const std::shared_ptr<void> call = rounds::call_of(operation, round, image(scene.color, channels), lens, radius);
+    const auto wanted = rounds::with_images(operation, call.get(), stored, [&](const description::Shape& shape) {
+        return Image(device, shape.element, shape.layout);
+    });
     operation.run(call.get(), stored, {});
     long count = 0;
     std::map<std::string, std::vector<float>> weights;
@@ -586,7 +534,12 @@ void check_budget(const Call& call, const Scene& scene) {
         CHECK(taken == 0);
     if (least > mebibyte)
         CHECK(needed(call, scene, least - mebibyte) == least);
-    for (const std::size_t budget : {std::max<std::size_t>(least, 1), least + least / 4, (least + 2 * taken) / 2}) {
+    std::vector<std::size_t> budgets{std::max<std::size_t>(least, 1), least + least / 4, (least + 2 * taken) / 2};
+    if (call.bytes) {
+        budgets.push_back(call.bytes(scene.on(free).stored));
+        CHECK(taken <= budgets.back());
+    }
+    for (const std::size_t budget : budgets) {
         const Device device = test_device({.memory_budget = std::max<std::size_t>(budget, 1)});
         const auto got = results(call, scene.on(device));
         INFO("a budget of " << budget);
@@ -659,6 +612,13 @@ Scene seen_by(const Camera& camera) {
     return scene;
 }
 
+/// Through a lens.
+Scene part_of_panorama() {
+    Camera camera = cropped(lens_subjects().at(11).camera, 190, 90, 131, 77);
+    camera.view = metric_camera(1, 1).view;
+    return seen_by(camera);
+}
+
 } // namespace
 
 TEST_CASE("contract: the same bits for another vector width, group size and stride, of any size", "[contract]") {
@@ -698,10 +658,11 @@ TEST_CASE("contract: a tile has the bits of the whole", "[contract]") {
 }
 
 TEST_CASE("contract: a region of ssao is the crop of the whole", "[contract]") {
-    const Scene scene(131, 45, true);
-    const Inputs inputs = scene.on(device());
-    for (std::size_t round = 0; round < 4; ++round) {
-        const SsaoOptions options = in_round(SsaoOptions{}, round);
+    const Scene straight(131, 45, true);
+    const Scene around = part_of_panorama();
+    for (std::size_t round = 0; round < 5; ++round) {
+        const Inputs inputs = (round < 4 ? straight : around).on(device());
+        const SsaoOptions options = in_round(SsaoOptions{}, round % 4);
         const std::vector<Image> whole = ssao_call("", options).make(inputs);
         for (const Region& part : {Region{0, 0, 1, 1}, {37, 25, 17, 19}, {3, 1, 128, 2}, {130, 0, 1, 45}}) {
             SsaoOptions of_part = options;
@@ -718,7 +679,7 @@ TEST_CASE("contract: a radius of many pixels has blocks at full and at half reso
     const Scene scene(307, 300);
     const auto of = [&](std::optional<bool> half) {
         const Sampling sampling{.quality = Quality::fast, .half_resolution = half};
-        return results(ssao_call("", {.sampling = sampling}, {}, 0.8), scene.on(device()));
+        return results(ssao_call("", {.sampling = sampling}, {}, 0.9), scene.on(device()));
     };
     const auto chosen = of({}), half = of(true), full = of(false);
     CHECK(chosen != half);
@@ -822,6 +783,8 @@ TEST_CASE("contract: whatever the camera and the storage are", "[contract]") {
             if (name != "orthographic" || operation[0] != 'd') // whose lens would be a telecentric one
                 check_same_bits(calls_of(operation).at(1), own, widths_and_groups[next++ % 4]);
     }
+    for (const std::pair<int, int>& width_and_group : widths_and_groups)
+        check_same_bits(calls_of("ssao").front(), part_of_panorama(), width_and_group);
     for (const Storage storage : {Storage::float16, Storage::uint8, Storage::uint16, Storage::uint24,
                                   Storage::uint24_high, Storage::rgb8_red_low}) {
         INFO(to_string(storage));

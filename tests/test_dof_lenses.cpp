@@ -6,13 +6,6 @@
 
 #include <fathom/fathom.hpp>
 
-#include <Eigen/Core>
-#include <Eigen/LU>
-#include <Eigen/SVD>
-
-#include <functional>
-#include <numbers>
-
 using namespace fathom;
 using Eigen::Matrix2d;
 using Eigen::Vector2d;
@@ -101,6 +94,14 @@ TEST_CASE("dof lenses: edges through brown are those that a thin lens makes, but
     const Camera camera = brown.camera(width, height);
     constexpr double focus = 1.5, circle = 20;
     double worst = 0, worst_over = 0;
+    constexpr int parts = 4;
+    std::vector<Vector2d> slopes, of_parts; // of pixels, and of their parts
+    for (int y = 0; y < height; ++y)
+        for (int x = 0; x < width; ++x) {
+            slopes.push_back(brown.slope_of(x + 0.5, y + 0.5));
+            for (int p = 0; p < parts * parts; ++p)
+                of_parts.push_back(brown.slope_of(x + (p % parts + 0.5) / parts, y + (p / parts + 0.5) / parts));
+        }
     for (const auto& [depth, background] :
          {std::pair{2.0, 2.0}, {1.2, 1.5}}) { // behind the focus; before it and what is sharp
         const double full = circle / std::abs(1 / focus - 1 / depth), radius = full / brown.f / 2;
@@ -111,20 +112,16 @@ TEST_CASE("dof lenses: edges through brown are those that a thin lens makes, but
                                       std::sin(degrees * std::numbers::pi / 180));
                 const Edge edge{normal, normal.dot(brown.slope_of(place.x(), place.y())) * depth, depth, background};
                 std::vector<float> z, color;
-                for (int y = 0; y < height; ++y)
-                    for (int x = 0; x < width; ++x) {
-                        constexpr int parts = 4;
-                        double part = 0;
-                        for (int p = 0; p < parts * parts; ++p)
-                            part +=
-                                seen(edge, brown.slope_of(x + (p % parts + 0.5) / parts, y + (p / parts + 0.5) / parts),
-                                     Vector2d::Zero(), focus);
-                        const bool is_here = edge.here(brown.slope_of(x + 0.5, y + 0.5) * depth);
-                        z.push_back(static_cast<float>(is_here ? depth : background));
-                        // A picture of two depths has an edge without pixels of both.
-                        color.insert(color.end(), 3,
-                                     static_cast<float>(depth == background ? part / (parts * parts) : is_here));
-                    }
+                for (std::size_t i = 0; i < slopes.size(); ++i) {
+                    double part = 0;
+                    for (std::size_t p = 0; p < parts * parts; ++p)
+                        part += seen(edge, of_parts[parts * parts * i + p], Vector2d::Zero(), focus);
+                    const bool is_here = edge.here(slopes[i] * depth);
+                    z.push_back(static_cast<float>(is_here ? depth : background));
+                    // A picture of two depths has an edge without pixels of both.
+                    color.insert(color.end(), 3,
+                                 static_cast<float>(depth == background ? part / (parts * parts) : is_here));
+                }
                 const std::vector<float> found =
                     images::floats(dof({Image::from_host(device, Element::f32, z.data(), {width, height}), camera},
                                        Image::from_host(device, Element::f32, color.data(), {width, height, 3}), coc));

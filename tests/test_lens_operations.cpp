@@ -22,10 +22,6 @@ constexpr double plane_error_deg = 0.003;
 // Of scenes: the mean error beside that of a pinhole with the same angle a pixel.
 constexpr double over_pinhole = 1.1;
 
-StoredDepth depth_of(const Device& device, const Camera& camera, const std::vector<float>& values) {
-    return {Image::from_host(device, Element::f32, values.data(), {camera.width, camera.height}), camera};
-}
-
 struct Angles {
     std::vector<double> degrees;
 
@@ -44,22 +40,6 @@ struct Angles {
 
 Eigen::Vector3d vector_at(const std::vector<float>& all, std::size_t i) {
     return Eigen::Vector3f(all[3 * i], all[3 * i + 1], all[3 * i + 2]).cast<double>();
-}
-
-const float no_depth = std::numeric_limits<float>::quiet_NaN();
-
-Eigen::Matrix4d turned_view() {
-    Eigen::Isometry3d view = Eigen::Isometry3d::Identity();
-    view.rotate(Eigen::AngleAxisd(0.7, Eigen::Vector3d(1, 2, -0.5).normalized()));
-    view.translate(Eigen::Vector3d(-1.5, 2.25, 7));
-    return view.matrix();
-}
-
-// From the axes of view space to those of the scenes, which are OpenGL's.
-Eigen::Vector3d in_scene(const Camera& camera, const Eigen::Vector3d& vector) {
-    const ViewAxes axes = camera.projection.convention.view_axes;
-    return {vector.x(), axes == ViewAxes::opencv ? -vector.y() : vector.y(),
-            axes == ViewAxes::opengl ? vector.z() : -vector.z()};
 }
 
 // The mean error of the normals of a scene in windows of a lens's image, and in pinholes that look there with the same angle a pixel.
@@ -149,16 +129,8 @@ TEST_CASE("lens operations: normals of planes through every lens are exact but f
                 camera.view = turned_view();
                 Angles off;
                 long wrong = 0;
-                for (const Eigen::Vector3d& towards :
-                     {Eigen::Vector3d(0.3, -0.2, forwards_of(camera)),
-                      Eigen::Vector3d(0.1, -1, 0.2 * forwards_of(camera)), Eigen::Vector3d(0.9, 0.3, -0.2)}) {
-                    const Eigen::Vector3d wall = towards.normalized();
-                    std::vector<float> depth;
-                    for (const PixelRay& ray : rays) {
-                        const auto part = ray ? part_stored(camera, *ray) : std::nullopt;
-                        const double across = ray ? wall.dot(*ray) : 0;
-                        depth.push_back(part && across > 0.05 ? static_cast<float>(2.5 / across * *part) : no_depth);
-                    }
+                for (const Eigen::Vector3d& wall : walls_around(camera)) {
+                    const std::vector<float> depth = depth_of_wall(camera, rays, wall, 0.05);
                     const bool world = !along_axis;
                     const std::vector<float> found =
                         images::floats(normals(depth_of(device, camera, depth),

@@ -9,7 +9,6 @@
 #include <fathom/pixel_rays.hpp>
 
 #include <ctime>
-#include <functional>
 
 using namespace fathom;
 

@@ -7,18 +7,6 @@
 
 #include <fathom/fathom.hpp>
 
-#include <algorithm>
-#include <cstdint>
-#include <cstring>
-#include <fstream>
-#include <set>
-#include <vector>
-
-#ifdef __linux__
-#include <sys/mman.h>
-#include <unistd.h>
-#endif
-
 using namespace fathom;
 
 namespace {
@@ -55,12 +43,6 @@ std::vector<float> counted(std::size_t count) {
 }
 
 } // namespace
-
-#ifdef __linux__
-#endif
-
-#if defined(__GLIBC__) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
-#endif
 
 TEST_CASE("runtime: a device answers to its kind, its index and a part of its name", "[runtime]") {
     const auto all = list_devices();

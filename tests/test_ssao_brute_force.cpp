@@ -26,41 +26,24 @@ struct Seen {
 
     Seen(const scene::Scene& scene, const Camera& from)
         : camera(from), image(scene::render(scene, camera)), layer(camera, image.z) {
-        const Device& device = oracle::device();
-        stored = {Image::from_host(device, Element::f32, image.stored.data(), {camera.width, camera.height}), camera};
+        stored = stored_of(image.stored, camera);
         for (const Vector3d& normal : image.normal)
             for (int i = 0; i < 3; ++i)
                 normals_.push_back(static_cast<float>(normal[i]));
-        normals = Image::from_host(device, Element::f32, normals_.data(), {camera.width, camera.height, 3});
+        normals = Image::from_host(oracle::device(), Element::f32, normals_.data(), {camera.width, camera.height, 3});
         median_width = oracle::median_width(layer);
     }
     Seen(const Seen&) = delete;
-
-    std::size_t index(int x, int y) const {
-        return static_cast<std::size_t>(y) * static_cast<std::size_t>(camera.width) + static_cast<std::size_t>(x);
-    }
 
 private:
     std::vector<float> normals_;
 };
 
-using oracle::error_of;
 using oracle::Off;
-using Point = oracle::Sample;
 
-constexpr int default_slices = oracle::sample_slices;
-constexpr int default_stride = oracle::sample_stride;
-
-std::vector<Point> brute_force(const Seen& seen, double radius, double thickness, int slices = default_slices,
-                               int stride = default_stride) {
-    return oracle::brute_force(seen.layer, seen.image.normal, radius, thickness, slices, stride);
-}
-
-Off error_of(const Seen& seen, const std::vector<Point>& points, SsaoCall options) {
+Off error_of(const Seen& seen, const std::vector<oracle::Sample>& points, SsaoCall options) {
     options.normals = seen.normals;
-    std::vector<float> got(seen.image.z.size());
-    ssao(seen.stored, options).visibility.download(got.data());
-    return error_of(points, [&](const Point& p) { return static_cast<double>(got[seen.index(p.x, p.y)]); });
+    return oracle::error_of(points, visibility_of(seen.stored, options), seen.camera.width);
 }
 
 /// The camera centre's own height for a perspective; orthographic rays look down at 35 degrees, past the ceilings.
@@ -125,7 +108,7 @@ TEST_CASE("ssao: brute force over all slices and pixels, two radii", "[ssao]") {
             const Seen seen(scene::named(name), camera_of(name, is_orthographic, 960, 540));
             for (const double share : {0.05, 0.4}) {
                 const double radius = share * seen.median_width;
-                const auto points = brute_force(seen, radius, radius / 4);
+                const auto points = oracle::brute_force(seen.layer, seen.image.normal, radius, radius / 4);
                 const auto allowed = bars_of(name, camera_name, share);
                 std::printf("  %-8s %-12s %2.0f%% of the width", name, camera_name, 100 * share);
                 std::vector<Off> off;

@@ -15,12 +15,6 @@
 #include <fathom/fathom.hpp>
 #include <fathom/pixel_rays.hpp>
 
-#include <Eigen/Geometry>
-
-#include <functional>
-#include <numbers>
-#include <random>
-
 using namespace fathom;
 using Eigen::Vector3d;
 
@@ -33,12 +27,6 @@ constexpr double at_creases = 1.02;
 // From a pixel to the next across the border of two blocks, and beside it, on smooth surfaces where the turned panorama has less than
 // `no_step`.
 constexpr double step_at_border = 0.01, no_step = 0.002;
-
-const float no_depth = std::numeric_limits<float>::quiet_NaN();
-
-StoredDepth depth_of(const Device& device, const Camera& camera, const std::vector<float>& values) {
-    return {Image::from_host(device, Element::f32, values.data(), {camera.width, camera.height}), camera};
-}
 
 // Is there depth all around a pixel? Where a plane ends, pixels have too few neighbours on it.
 bool is_inside(const Camera& camera, const std::vector<float>& depth, int x, int y) {
@@ -54,13 +42,6 @@ bool is_inside(const Camera& camera, const std::vector<float>& depth, int x, int
 bool is_behind(const Camera& camera, const Vector3d& ray) {
     return camera.lens->law == LensLaw::equisolid &&
            forwards_of(camera) * ray.z() < std::cos(155 * std::numbers::pi / 180);
-}
-
-// From the axes of view space to those of the scenes, which are OpenGL's.
-Vector3d in_scene(const Camera& camera, const Vector3d& vector) {
-    const ViewAxes axes = camera.projection.convention.view_axes;
-    return {vector.x(), axes == ViewAxes::opencv ? -vector.y() : vector.y(),
-            axes == ViewAxes::opengl ? vector.z() : -vector.z()};
 }
 
 struct Point {
@@ -206,15 +187,8 @@ TEST_CASE("ssao lenses: planes are open through every lens", "[ssao][lens]") {
             camera.encoding = along_axis ? Encoding::view_z : Encoding::ray_distance;
             double worst = 0;
             long wrong = 0, beyond = 0, all = 0;
-            for (const Vector3d& towards : {Vector3d(0.3, -0.2, forwards_of(camera)),
-                                            Vector3d(0.1, -1, 0.2 * forwards_of(camera)), Vector3d(0.9, 0.3, -0.2)}) {
-                const Vector3d wall = towards.normalized();
-                std::vector<float> depth;
-                for (const PixelRay& ray : rays) {
-                    const auto part = ray ? part_stored(camera, *ray) : std::nullopt;
-                    const double across = ray ? wall.dot(*ray) : 0;
-                    depth.push_back(part && across > 0.1 ? static_cast<float>(2.5 / across * *part) : no_depth);
-                }
+            for (const Vector3d& wall : walls_around(camera)) {
+                const std::vector<float> depth = depth_of_wall(camera, rays, wall, 0.1);
                 for (const Quality quality : {Quality::fast, Quality::balanced}) {
                     const std::vector<float> found = images::floats(
                         ssao(depth_of(device, camera, depth), 0.5, {.sampling = Sampling{.quality = quality}})
@@ -435,46 +409,7 @@ struct Room {
     StoredDepth stored(const Device& device) const { return depth_of(device, camera, depth); }
 };
 
-std::vector<std::vector<float>> results_of(const Occlusion& found) {
-    std::vector<std::vector<float>> all{images::floats(found.visibility)};
-    if (found.bent_normal)
-        all.push_back(images::floats(found.bent_normal));
-    if (found.confidence)
-        all.push_back(images::floats(found.confidence));
-    return all;
-}
-
 } // namespace
-
-TEST_CASE("ssao lenses: every vector width, group and region has the same bits", "[ssao][lens]") {
-    const Room room;
-    const SsaoOptions options{.bent_normal = true, .confidence = true};
-    const auto whole = results_of(ssao(room.stored(test_device()), 0.5, options));
-    for (const DeviceOptions& how : {DeviceOptions{.vector_width = 1},
-                                     {.vector_width = 4},
-                                     {.vector_width = 8},
-                                     {.vector_width = 16},
-                                     {.group_size = 1},
-                                     {.group_size = 64}}) {
-        const auto found = results_of(ssao(room.stored(test_device(how)), 0.5, options));
-        for (std::size_t i = 0; i < found.size(); ++i)
-            CHECK(images::same_bits(found[i], whole[i]));
-    }
-    SsaoOptions part = options;
-    part.region = Region{37, 21, 101, 63};
-    const auto found = results_of(ssao(room.stored(test_device()), 0.5, part));
-    for (std::size_t i = 0; i < found.size(); ++i) {
-        const std::size_t channels = i == 1 ? 3 : 1;
-        long different = 0;
-        for (int y = 0; y < 63; ++y)
-            for (int x = 0; x < 101; ++x)
-                for (std::size_t c = 0; c < channels; ++c)
-                    different += !images::same_bits(
-                        found[i][static_cast<std::size_t>(y * 101 + x) * channels + c],
-                        whole[i][static_cast<std::size_t>((y + 21) * room.camera.width + x + 37) * channels + c]);
-        CHECK(different == 0);
-    }
-}
 
 TEST_CASE("ssao lenses: thickness, a second layer and normals count through a lens", "[ssao][lens]") {
     const Room room;

@@ -33,15 +33,14 @@ TEST_CASE("ssao scene: the rays of a sample point give its visibility", "[ssao][
         const auto image = scene::render(scene, camera);
         const double radius = 0.05 * oracle::median_width(oracle::DepthLayer(camera, image.z));
         constexpr int few = 121;
-        std::vector<oracle::Sample> exact = oracle::ray_traced(scene, camera, image, radius, oracle::sample_rays, few);
-        const std::vector<oracle::Sample> points = exact;
-        for (oracle::Sample& p : exact) {
+        const auto points = oracle::ray_traced(scene, camera, image, radius, oracle::sample_rays, few);
+        std::vector<float> exact(image.z.size());
+        for (const oracle::Sample& p : points) {
             const auto at = static_cast<std::size_t>(p.y * camera.width + p.x);
-            p.visibility = oracle::visibility(scene, image.position[at], image.normal[at], radius, 128);
+            exact[at] =
+                static_cast<float>(oracle::visibility(scene, image.position[at], image.normal[at], radius, 128));
         }
-        std::size_t next = 0;
-        const oracle::Off off =
-            oracle::error_of(exact, [&](const oracle::Sample&) { return points[next++].visibility; });
+        const oracle::Off off = oracle::error_of(points, exact, camera.width);
         std::printf("rays of a sample point, %s: root of the mean square error %.5f, worst %.4f, %zu points\n", name,
                     off.rmse, off.worst, points.size());
         CHECK(points.size() > 20);
@@ -72,12 +71,7 @@ TEST_CASE("ssao scene: thickness from the silhouette halves the error of railing
         const auto points = oracle::ray_traced(scene, camera, image, fraction * width, oracle::sample_rays, 23);
         const auto rms = [&, radius = fraction * width](const SsaoOptions& options) {
             const std::vector<float> got = floats(ssao(stored, radius, options).visibility);
-            return oracle::error_of(points,
-                                    [&](const oracle::Sample& p) {
-                                        return static_cast<double>(
-                                            got[static_cast<std::size_t>(p.y * camera.width + p.x)]);
-                                    })
-                .rmse;
+            return oracle::error_of(points, got, camera.width).rmse;
         };
         for (const Quality quality : {Quality::balanced, Quality::accurate}) {
             const double constant = rms({.sampling = Sampling{.quality = quality}, .thickness = fraction * width / 4});
@@ -93,47 +87,6 @@ TEST_CASE("ssao scene: thickness from the silhouette halves the error of railing
 
 namespace {
 
-/// Where a ray from the origin goes through a solid, as multiples of its direction; nothing where it passes by.
-std::optional<std::pair<double, double>> through(const scene::Primitive& solid, const Vector3d& ray) {
-    if (const auto* sphere = std::get_if<scene::Sphere>(&solid)) {
-        const double middle = sphere->centre.dot(ray) / ray.squaredNorm();
-        const double beside = (middle * ray - sphere->centre).squaredNorm();
-        const double half = std::sqrt((sphere->radius * sphere->radius - beside) / ray.squaredNorm());
-        return half >= 0 ? std::optional(std::pair(middle - half, middle + half)) : std::nullopt;
-    }
-    if (const auto* box = std::get_if<scene::Box>(&solid)) {
-        const Eigen::AngleAxisd back(-box->yaw, Vector3d::UnitY());
-        const Eigen::Array3d from = (back * -box->centre).array(), step = (back * ray).array();
-        const Eigen::Array3d one = (-box->half_size.array() - from) / step,
-                             other = (box->half_size.array() - from) / step;
-        const double enter = one.min(other).maxCoeff(), leave = one.max(other).minCoeff();
-        return enter < leave ? std::optional(std::pair(enter, leave)) : std::nullopt;
-    }
-    return std::nullopt;
-}
-
-/// Depth where the solids end that the pixels show, of those that touch the last one. The ground and the walls of a room end
-/// nowhere.
-std::vector<float> ends_of(const scene::Scene& scene, const scene::Rendered& image) {
-    constexpr double touching = 1e-6, far_away = 1e6;
-    std::vector<float> ends;
-    for (std::size_t i = 0; i < image.z.size(); ++i) {
-        double end = 1; // of the ray to the surface
-        for (bool on = true; on;) {
-            on = false;
-            for (const scene::Primitive& solid : scene) {
-                const auto inside = through(solid, image.position[i]);
-                if (inside && inside->first > 0 && inside->first <= end + touching && inside->second > end + touching) {
-                    end = inside->second;
-                    on = true;
-                }
-            }
-        }
-        ends.push_back(static_cast<float>(image.z[i] * (end > 1 ? end : far_away)));
-    }
-    return ends;
-}
-
 constexpr double error_with_ends = 0.03; ///< rms of visibility; what is left are surfaces that no pixel shows
 
 } // namespace
@@ -146,7 +99,7 @@ TEST_CASE("ssao scene: with the true ends of solids accurate comes within 0.03 o
         const scene::Scene scene = scene::named(name);
         const auto image = scene::render(scene, camera);
         const double radius = 0.05 * oracle::median_width(oracle::DepthLayer(camera, image.z));
-        const std::vector<float> ends = ends_of(scene, image);
+        const std::vector<float> ends = oracle::ends_of(scene, camera);
         const auto layer = [&](const std::vector<float>& depth) {
             return StoredDepth{Image::from_host(oracle::device(), Element::f32, depth.data(), {960, 540}), camera};
         };
@@ -154,12 +107,7 @@ TEST_CASE("ssao scene: with the true ends of solids accurate comes within 0.03 o
         const auto rms = [&](const std::optional<Thickness>& thickness) {
             const SsaoOptions options{.sampling = Sampling{.quality = Quality::accurate}, .thickness = thickness};
             const std::vector<float> got = floats(ssao(layer(image.stored), radius, options).visibility);
-            return oracle::error_of(points,
-                                    [&](const oracle::Sample& p) {
-                                        return static_cast<double>(
-                                            got[static_cast<std::size_t>(p.y * camera.width + p.x)]);
-                                    })
-                .rmse;
+            return oracle::error_of(points, got, camera.width).rmse;
         };
         const double guessed = rms({}), known = rms(layer(ends));
         std::printf("%s against the scene itself: default thickness %.4f, true ends %.4f\n", name, guessed, known);
@@ -195,10 +143,7 @@ TEST_CASE("ssao scene: ridges and what lies behind them are open at any thicknes
                 SsaoCall call = options_of(fraction * width, quality);
                 call.thickness = thickness;
                 const std::vector<float> got = visibility_of(stored_of(image.stored, camera), call);
-                const double rmse =
-                    oracle::error_of(points, [&](const oracle::Sample& p) {
-                        return static_cast<double>(got[static_cast<std::size_t>(p.y * camera.width + p.x)]);
-                    }).rmse;
+                const double rmse = oracle::error_of(points, got, camera.width).rmse;
                 const char* const quality_name = quality_names[static_cast<int>(quality)];
                 std::printf("terrain against rays, radius %.1f %% of the width, thickness %s, %s: %.4f\n",
                             100 * fraction, name, quality_name, rmse);
@@ -521,9 +466,7 @@ TEST_CASE("ssao scene: around a small lamp visibility is that of brute force but
         for (const Quality quality : qualities) {
             const std::vector<float> got =
                 visibility_of(stored_of(image.stored, small_camera), options_of(radius, quality, radius / 4));
-            const oracle::Off off = oracle::error_of(truth, [&](const oracle::Sample& p) {
-                return static_cast<double>(got[static_cast<std::size_t>(p.y * small_camera.width + p.x)]);
-            });
+            const oracle::Off off = oracle::error_of(truth, got, small_camera.width);
             std::printf("around a lamp of %g pixels, %s: root of the mean square error %.4f, worst %.4f\n", across,
                         quality_names[static_cast<int>(quality)], off.rmse, off.worst);
             rmse[static_cast<int>(quality)] = std::max(rmse[static_cast<int>(quality)], off.rmse);

@@ -9,8 +9,6 @@
 #include <fathom/fathom.hpp>
 #include <fathom/pixel_rays.hpp>
 
-#include <functional>
-
 using namespace fathom;
 
 namespace {
@@ -18,19 +16,8 @@ namespace {
 using Real = long double;
 using Vector3 = Eigen::Matrix<Real, 3, 1>;
 
-using LensRays = std::vector<std::optional<Eigen::Vector3d>>; // of all pixels
-
-LensRays rays_of(const Camera& camera) {
-    const PixelRays rays(camera);
-    LensRays all;
-    for (int y = 0; y < camera.height; ++y)
-        for (int x = 0; x < camera.width; ++x)
-            all.push_back(rays.ray_of(x + 0.5, y + 0.5));
-    return all;
-}
-
 // The distance of a slanted wall and of a sphere around the camera, whichever is nearer; by pixels, as a renderer writes it.
-std::vector<float> rendered(const LensRays& rays, double forwards, bool along_axis) {
+std::vector<float> rendered(const std::vector<PixelRay>& rays, double forwards, bool along_axis) {
     const Eigen::Vector3d wall = Eigen::Vector3d(0.3, -0.2, forwards).normalized();
     std::vector<float> depth;
     for (const auto& ray : rays) {
@@ -50,17 +37,15 @@ struct Worst {
 TEST_CASE("unproject: positions through a lens are within their bound, in view and in world space",
           "[lens][unproject]") {
     const Device device = test_device();
-    Eigen::Isometry3d view = Eigen::Isometry3d::Identity();
-    view.rotate(Eigen::AngleAxisd(0.7, Eigen::Vector3d(1, 2, -0.5).normalized()));
-    view.translate(Eigen::Vector3d(-1.5, 2.25, 7));
+    const Eigen::Matrix4d view = turned_view();
     for (const auto& [name, plain] : lens_subjects()) {
-        const LensRays rays = rays_of(plain);
-        const double forwards = plain.projection.convention.view_axes == ViewAxes::opengl ? -1 : 1;
+        const std::vector<PixelRay> rays = all_rays(plain);
+        const double forwards = forwards_of(plain);
         for (const bool along_axis : {false, true})
             for (const Space space : {Space::view, Space::world}) {
                 Camera camera = plain;
                 camera.encoding = along_axis ? Encoding::view_z : Encoding::ray_distance;
-                camera.view = view.matrix();
+                camera.view = view;
                 INFO(name << (along_axis ? ", view-z" : ", ray-distance") << (space == Space::world ? ", world" : ""));
                 const std::vector<float> depth = rendered(rays, forwards, along_axis);
                 const Image image = Image::from_host(device, Element::f32, depth.data(), {camera.width, camera.height});
@@ -69,7 +54,7 @@ TEST_CASE("unproject: positions through a lens are within their bound, in view a
                 unproject(stored, {.space = space}).download(positions.data());
                 linearize(stored).image.download(z.data());
                 linearize(stored, {.as = Along::ray}).image.download(length.data());
-                const Eigen::Matrix<Real, 4, 4> to_world = view.inverse().matrix().cast<Real>();
+                const Eigen::Matrix<Real, 4, 4> to_world = view.inverse().cast<Real>();
                 const Vector3 centre =
                     space == Space::world ? Vector3(to_world.topRightCorner<3, 1>()) : Vector3::Zero();
                 Worst worst;
@@ -109,8 +94,8 @@ TEST_CASE("unproject: positions through a lens are within their bound, in view a
 }
 
 TEST_CASE("unproject: whatever depth through a lens counts along, positions are the same", "[lens][unproject]") {
-    Eigen::Isometry3d view = Eigen::Isometry3d::Identity();
-    view.rotate(Eigen::AngleAxisd(0.7, Eigen::Vector3d(1, 2, -0.5).normalized()));
+    Eigen::Matrix4d view = turned_view();
+    view.topRightCorner<3, 1>().setZero();
     struct Meaning {
         const char* name;
         Encoding encoding;
@@ -130,10 +115,10 @@ TEST_CASE("unproject: whatever depth through a lens counts along, positions are 
                     continue;
                 camera.encoding = encoding;
                 camera.along = along;
-                camera.view = view.matrix();
+                camera.view = view;
                 camera.projection = perspective(1, 1, {0.25, 40}, camera.projection.convention);
-                const double forwards = camera.projection.convention.view_axes == ViewAxes::opengl ? -1 : 1;
-                const LensRays rays = rays_of(camera);
+                const double forwards = forwards_of(camera);
+                const std::vector<PixelRay> rays = all_rays(camera);
                 std::vector<float> values;
                 std::vector<Real> distances; // of the rounded values; 0 where there is none
                 std::mt19937 random(3);
@@ -155,7 +140,7 @@ TEST_CASE("unproject: whatever depth through a lens counts along, positions are 
                     Image::from_host(device, Element::f32, values.data(), {camera.width, camera.height});
                 std::vector<float> positions(values.size() * 3);
                 unproject({image, camera}, {.space = Space::world}).download(positions.data());
-                const Eigen::Matrix3d turn = view.inverse().matrix().topLeftCorner<3, 3>();
+                const Eigen::Matrix3d turn = view.inverse().topLeftCorner<3, 3>();
                 double worst = 0;
                 for (std::size_t i = 0; i < rays.size(); ++i)
                     if (distances[i] > 0) {

@@ -1,7 +1,7 @@
 // Bits of depth, of integers from 4 to 24 bits and of floats, near and far a factor of 100 apart.
 
+#include "camera_over.hpp"
 #include "regimes/corner.hpp"
-#include "regimes/images.hpp"
 
 namespace fathom::regimes {
 namespace {

@@ -1,6 +1,7 @@
 // What lies outside the image: a floor beside a wall, seen from straight above, as a function of the distance from the border.
 
-#include "regimes/images.hpp"
+#include "camera_over.hpp"
+#include "images.hpp"
 #include "regimes/regime.hpp"
 #include "regimes/walls.hpp"
 
@@ -25,7 +26,7 @@ std::vector<float> visibility_of(const Device& device, int width, int height, in
     SsaoOptions options;
     options.thickness = std::numeric_limits<double>::infinity();
     options.border = border;
-    return floats_of(ssao(stored_of(device, depth, camera), radius, options).visibility);
+    return images::floats(ssao(images::stored_of(device, depth, camera), radius, options).visibility);
 }
 
 // The image begins at the wall's foot. Rows of the middle are judged; the depth has `overscan` more columns on the

@@ -1,6 +1,6 @@
 #include "regimes/corner.hpp"
 
-#include "regimes/images.hpp"
+#include "images.hpp"
 #include "regimes/normal_bound.hpp"
 
 #include <algorithm>
@@ -40,21 +40,21 @@ Stored store(const Device& device, const scene::Rendered& truth, Camera camera, 
         stored.fixed_half_step = 0.5 / (std::exp2(buffer.bits) - 1);
     if (buffer.bits == 16 && buffer.known) {
         stored.codes16 = scene::codes16(truth, camera);
-        stored.depth = stored_of(device, stored.codes16, camera, Storage::uint16);
+        stored.depth = images::stored_of(device, stored.codes16, camera, Storage::uint16);
     } else if (buffer.bits == 24 && buffer.known) {
         stored.codes24 = scene::codes24(truth, camera);
-        stored.depth = stored_of(device, stored.codes24, camera, Storage::uint24);
+        stored.depth = images::stored_of(device, stored.codes24, camera, Storage::uint24);
         if (buffer.packed) {
             for (const std::uint32_t code : stored.codes24)
                 for (const int shift : {0, 8, 16})
                     stored.bytes.push_back(static_cast<std::uint8_t>(code >> shift & 255));
-            stored.depth = stored_of(device, stored.bytes, camera, Storage::rgb8_red_low);
+            stored.depth = images::stored_of(device, stored.bytes, camera, Storage::rgb8_red_low);
         }
     } else {
         stored.floats = buffer.bits < 32 ? rounded(truth.exact, buffer.bits) : truth.stored;
         if (buffer.bits < 32 && buffer.known)
             camera.depth_bits = buffer.bits;
-        stored.depth = stored_of(device, stored.floats, camera);
+        stored.depth = images::stored_of(device, stored.floats, camera);
     }
     return stored;
 }
@@ -111,8 +111,8 @@ void judge_depth(const Corner& corner, const Stored& stored, const CircleOfConfu
     const scene::Rendered& truth = corner.truth();
     const DepthForm form = depth_form(corner.camera());
     const bool reversed = corner.camera().projection.order == DepthOrder::reversed;
-    const auto z = floats_of(linearize(stored.depth, {Background::decode}).image);
-    const auto circle = floats_of(dof_masks(stored.depth, lens).coc);
+    const auto z = images::floats(linearize(stored.depth, {Background::decode}).image);
+    const auto circle = images::floats(dof_masks(stored.depth, lens).coc);
     for (int y = 0; y < truth.height; ++y)
         for (int x = 0; x < truth.width; ++x) {
             const auto i = static_cast<std::size_t>(y * truth.width + x);
@@ -131,8 +131,8 @@ void judge_depth(const Corner& corner, const Stored& stored, const CircleOfConfu
 
 void judge_normals(const Corner& corner, const Stored& stored, CornerErrors& errors) {
     const scene::Rendered& truth = corner.truth();
-    errors.normal = corner.normals_off(floats_of(normals(stored.depth, {.method = NormalMethod::neighbours})));
-    errors.fitted = corner.normals_off(floats_of(normals(stored.depth, {.method = NormalMethod::least_squares})));
+    errors.normal = corner.normals_off(images::floats(normals(stored.depth, {.method = NormalMethod::neighbours})));
+    errors.fitted = corner.normals_off(images::floats(normals(stored.depth, {.method = NormalMethod::least_squares})));
     const NormalBound bound(stored.depth.camera, stored.depth.storage);
     for (int y = margin; y < truth.height - margin; ++y)
         for (int x = margin; x < truth.width - margin; ++x) {
@@ -199,7 +199,7 @@ CornerErrors corner_errors(const Device& device, const Corner& corner, Buffer bu
     judge_depth(corner, stored, lens, errors);
     judge_normals(corner, stored, errors);
     errors.visibility =
-        corner.visibility_off(floats_of(ssao(stored.depth, corner_radius, Corner::options()).visibility));
+        corner.visibility_off(images::floats(ssao(stored.depth, corner_radius, Corner::options()).visibility));
     return errors;
 }
 
@@ -209,7 +209,7 @@ double plane_lost(const Device& device, const Camera& camera, Buffer buffer) {
     double sum = 0;
     SsaoOptions options = Corner::options();
     options.border = Border::open; // a plane does not go on as its border's pixels
-    const auto visibility = floats_of(ssao(stored.depth, corner_radius, options).visibility);
+    const auto visibility = images::floats(ssao(stored.depth, corner_radius, options).visibility);
     for (const float v : visibility)
         sum += std::pow(1 - static_cast<double>(v), 2);
     return std::sqrt(sum / static_cast<double>(visibility.size()));

@@ -1,7 +1,8 @@
 // Far over near: what decoding loses of the number that was stored, and what storing has lost already.
 
+#include "camera_over.hpp"
+#include "images.hpp"
 #include "regimes/corner.hpp"
-#include "regimes/images.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -47,7 +48,7 @@ void sweep_decoding(const Device& device, Panel& panel) {
     for (int power = 1; power <= 24; power += power < 12 ? 1 : 2) {
         const double ratio = std::pow(10.0, power);
         const Camera camera = camera_with({near, near * ratio});
-        const auto z = floats_of(linearize(stored_of(device, stored, camera), {Background::decode}).image);
+        const auto z = images::floats(linearize(images::stored_of(device, stored, camera), {Background::decode}).image);
         const auto slope = static_cast<float>(1 / (near * ratio) - 1 / near), start = static_cast<float>(1 / near);
         long double ours = 0, engine = 0;
         for (std::size_t i = 0; i < stored.size(); ++i) {

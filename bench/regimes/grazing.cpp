@@ -1,8 +1,9 @@
 // Grazing surfaces: planes and the foot of a wall under an orthographic projection, whose rays meet a plane at one
 // angle everywhere, and a floor up to its horizon.
 
+#include "camera_over.hpp"
+#include "images.hpp"
 #include "regimes/corner.hpp"
-#include "regimes/images.hpp"
 #include "regimes/normal_bound.hpp"
 #include "regimes/walls.hpp"
 
@@ -34,9 +35,9 @@ void sweep_planes(const Device& device, Regime& regime, double grazing) {
     const Camera camera = orthographic_camera(1, 3 + 2 * deep);
     const scene::Rendered truth = scene::render(
         {scene::Plane{{0, 0, -2 - deep}, {std::cos(grazing * degree), 0, std::sin(grazing * degree)}}}, camera);
-    const StoredDepth stored = stored_of(device, truth.stored, camera);
-    const auto found = floats_of(normals(stored));
-    const auto visibility = floats_of(ssao(stored, radius).visibility);
+    const StoredDepth stored = images::stored_of(device, truth.stored, camera);
+    const auto found = images::floats(normals(stored));
+    const auto visibility = images::floats(ssao(stored, radius).visibility);
     const NormalBound bound(camera);
     Point angle{grazing, 0, 0}, open{grazing, 0};
     for (int y = margin; y < height - margin; ++y)
@@ -63,7 +64,8 @@ void sweep_foot(const Device& device, Regime& regime, double grazing) {
         SsaoOptions options;
         options.thickness = thickness;
         options.border = Border::clamp;
-        const auto visibility = floats_of(ssao(stored_of(device, truth.stored, camera), radius, options).visibility);
+        const auto visibility =
+            images::floats(ssao(images::stored_of(device, truth.stored, camera), radius, options).visibility);
         double sum = 0;
         long pixels = 0;
         for (int y = height / 2 - 16; y < height / 2 + 16; ++y)
@@ -82,7 +84,7 @@ void sweep_floor(const Device& device, Regime& regime) {
     for (const auto& [name, field] : {std::pair{"floor, 69 degrees high", 1.2}, {"floor, 7 degrees high", 0.12}}) {
         const Camera camera = camera_over(perspective(field, 4.0 / 3, {0.5, 1e4}), width, height);
         const scene::Rendered truth = scene::render({scene::Plane{{0, -1, 0}, {0, 1, 0}}}, camera);
-        const auto found = floats_of(normals(stored_of(device, truth.stored, camera)));
+        const auto found = images::floats(normals(images::stored_of(device, truth.stored, camera)));
         const NormalBound bound(camera);
         for (int y = height / 2 + 2; y < height - margin; y += 1 + (y - height / 2) / 8) {
             const double depression = std::atan2((y + 0.5 - height / 2.0) * 2 * std::tan(field / 2), height);

@@ -2,7 +2,6 @@
 
 #include "regimes/lens.hpp"
 #include "regimes/corner.hpp"
-#include "regimes/images.hpp"
 
 #include <algorithm>
 #include <cmath>

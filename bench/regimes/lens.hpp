@@ -2,7 +2,8 @@
 
 // Pictures through a lens, and what is known of them.
 
-#include "regimes/images.hpp"
+#include "camera_over.hpp"
+#include "images.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -30,7 +31,8 @@ struct Picture {
         camera.encoding = Encoding::view_z;
         const Image image = Image::from_host(device, Element::f32, color.data(), {width, height, 3});
         const CircleOfConfusion coc{.k = 1000, .g = 1000};
-        const auto all = floats_of(dof(stored_of(device, depth, camera), image, coc, {.quality = quality}));
+        const auto all =
+            images::floats(dof(images::stored_of(device, depth, camera), image, coc, {.quality = quality}));
         std::vector<double> first;
         for (std::size_t i = 0; i < all.size(); i += 3)
             first.push_back(static_cast<double>(all[i]));

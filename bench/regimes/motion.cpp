@@ -1,7 +1,8 @@
 // Results over time: a camera that moves by fractions of a pixel a frame, and a focus that is pulled. Edges are slanted, so that
 // at every moment some pixel passes from one side to the other.
 
-#include "regimes/images.hpp"
+#include "camera_over.hpp"
+#include "images.hpp"
 #include "regimes/lens.hpp"
 #include "regimes/regime.hpp"
 #include "regimes/walls.hpp"
@@ -105,7 +106,8 @@ Film occlusion(const Device& device, Quality quality, double speed) {
         std::vector<float> depth;
         for (const double d : frame_of(from_foot))
             depth.push_back(d < 0 ? 1.0f : static_cast<float>(1 + 2 * radius));
-        const auto visibility = floats_of(ssao(stored_of(device, depth, camera), radius, options).visibility);
+        const auto visibility =
+            images::floats(ssao(images::stored_of(device, depth, camera), radius, options).visibility);
         film.got.emplace_back(visibility.begin(), visibility.end());
         film.truth.push_back(frame_of([&](int x, int y) {
             const double d = from_foot(x, y);

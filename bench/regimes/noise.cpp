@@ -1,7 +1,8 @@
 // A sensor's noise: depth in millimetres, of which each is off by up to so many, evenly and independently.
 
+#include "camera_over.hpp"
+#include "images.hpp"
 #include "regimes/corner.hpp"
-#include "regimes/images.hpp"
 #include "regimes/normal_bound.hpp"
 
 #include <cmath>
@@ -57,8 +58,8 @@ double lost_by(const Device& device, const scene::Rendered& plane, unsigned nois
     options.border = Border::open; // a plane does not go on as its border's pixels
     options.tolerance = tolerance;
     double sum = 0;
-    for (const float v :
-         floats_of(ssao(stored_of(device, codes, sensor(), Storage::uint16), corner_radius, options).visibility))
+    for (const float v : images::floats(
+             ssao(images::stored_of(device, codes, sensor(), Storage::uint16), corner_radius, options).visibility))
         sum += std::pow(1 - static_cast<double>(v), 2);
     return std::sqrt(sum / static_cast<double>(codes.size()));
 }
@@ -72,12 +73,12 @@ Regime noise_on_depth(const Device& device) {
     for (const unsigned noise : {1u, 2u, 4u, 8u, 16u, 32u, 64u, 128u, 256u, 512u, 1024u, 2048u, 4096u}) {
         const double relative = noise / (1000 * corner_depth), tolerance = 1 + 2.0 * noise; // half steps of 1/2 mm
         const auto codes = measured(corner.truth(), noise);
-        const StoredDepth stored = stored_of(device, codes, sensor(), Storage::uint16);
+        const StoredDepth stored = images::stored_of(device, codes, sensor(), Storage::uint16);
         const auto put = [&](const char* quantity, const char* curve, double error, double bound = none) {
             regime.panel(quantity).curve(curve).points.push_back({relative, error, bound});
         };
         const auto normals_off = [&](const NormalsOptions& options) {
-            return corner.normals_off(floats_of(normals(stored, options)));
+            return corner.normals_off(images::floats(normals(stored, options)));
         };
         put(quantity::normal, by_neighbours, normals_off({.method = NormalMethod::neighbours}));
         put(quantity::normal, by_told_neighbours,
@@ -89,10 +90,10 @@ Regime noise_on_depth(const Device& device) {
         put(quantity::normal, by_noise, normals_off({.noise = relative / std::numbers::sqrt3}));
         SsaoOptions options = Corner::options();
         put(quantity::visibility, plain,
-            corner.visibility_off(floats_of(ssao(stored, corner_radius, options).visibility)));
+            corner.visibility_off(images::floats(ssao(stored, corner_radius, options).visibility)));
         options.tolerance = tolerance;
         put(quantity::visibility, told,
-            corner.visibility_off(floats_of(ssao(stored, corner_radius, options).visibility)));
+            corner.visibility_off(images::floats(ssao(stored, corner_radius, options).visibility)));
         put(lost, plain, lost_by(device, plane, noise, 1));
         put(lost, told, lost_by(device, plane, noise, tolerance));
     }

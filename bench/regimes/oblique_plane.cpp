@@ -3,8 +3,8 @@
 //   the step of 1/z is N.D_Q / delta steps of the stored value
 //   delta: from the camera centre to the plane,  D_Q: Lengyel's corner
 
+#include "camera_over.hpp"
 #include "regimes/corner.hpp"
-#include "regimes/images.hpp"
 
 #include <cmath>
 #include <numbers>

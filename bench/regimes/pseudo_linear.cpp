@@ -1,7 +1,8 @@
 // Pseudo-linear depth, z w written per vertex: how wide a range of depths a triangle may span.
 //   the rasteriser interpolates z linearly on the screen, where 1/z is linear
 
-#include "regimes/images.hpp"
+#include "camera_over.hpp"
+#include "images.hpp"
 #include "regimes/regime.hpp"
 
 #include <algorithm>
@@ -30,7 +31,7 @@ Point along_edge(const Device& device, double ratio, int parts) {
         const double decoded = (1 - along) * at(begin) + along * at(begin + 1.0 / parts);
         stored.push_back(static_cast<float>((decoded - near) / (far - near)));
     }
-    const auto z = floats_of(linearize(stored_of(device, stored, camera)).image);
+    const auto z = images::floats(linearize(images::stored_of(device, stored, camera)).image);
     Point point{ratio, 0, 0};
     for (std::size_t i = 0; i < z.size(); ++i)
         point.error = std::max(point.error, std::abs(static_cast<double>(z[i]) - truth[i]));

@@ -1,6 +1,7 @@
 // The radius of ambient occlusion from half a pixel to the image's width: a floor beside a wall, seen from straight above.
 
-#include "regimes/images.hpp"
+#include "camera_over.hpp"
+#include "images.hpp"
 #include "regimes/regime.hpp"
 #include "regimes/walls.hpp"
 
@@ -25,7 +26,7 @@ double off_by(const Device& device, const std::vector<float>& depth, double radi
     Camera camera =
         camera_over(orthographic({-width / 2.0, width / 2.0, -height / 2.0, height / 2.0}, {0.5, 1e4}), width, height);
     camera.encoding = Encoding::view_z;
-    const auto visibility = floats_of(ssao(stored_of(device, depth, camera), radius, options).visibility);
+    const auto visibility = images::floats(ssao(images::stored_of(device, depth, camera), radius, options).visibility);
     double sum = 0;
     int columns = 0;
     for (int x = foot; x < width && x + 0.5 - foot < std::max(radius, 1.0); ++x, ++columns)

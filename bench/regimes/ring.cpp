@@ -1,7 +1,8 @@
 // Where the radius of ambient occlusion ends on a floor beside a sphere, a ring is seen. It is the fainter, the more of the
 // radius occluders fade out over.
 
-#include "regimes/images.hpp"
+#include "camera_over.hpp"
+#include "images.hpp"
 #include "regimes/regime.hpp"
 
 #include "scene/scene.hpp"
@@ -101,7 +102,7 @@ Regime ring_of_a_radius(const Device& device) {
     const Vector3d contact(0, 0.2 * extent, -10);
     const scene::Scene scene{scene::Plane{contact, up}, scene::Sphere{contact + sphere * up, sphere}};
     const scene::Rendered image = scene::render(scene, camera);
-    const StoredDepth stored = stored_of(device, image.stored, camera);
+    const StoredDepth stored = images::stored_of(device, image.stored, camera);
     for (const double falloff : {0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0}) {
         const Profile truth = exact(falloff);
         regime.panel(bend).curve("exact").points.push_back({falloff, bend_of(truth)});
@@ -109,7 +110,7 @@ Regime ring_of_a_radius(const Device& device) {
              {std::pair{"fast", Quality::fast}, {"balanced", Quality::balanced}, {"accurate", Quality::accurate}}) {
             SsaoOptions options{.sampling = Sampling{.quality = quality}};
             options.falloff = falloff;
-            const Profile found = profile(image, floats_of(ssao(stored, reach, options).visibility), contact);
+            const Profile found = profile(image, images::floats(ssao(stored, reach, options).visibility), contact);
             regime.panel(bend).curve(name).points.push_back({falloff, bend_of(found)});
             regime.panel(off).curve(name).points.push_back({falloff, off_by(found, truth)});
         }

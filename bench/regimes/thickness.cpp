@@ -1,6 +1,7 @@
 // Thin occluders against the thickness that is assumed of them: square bars before a wall.
 
-#include "regimes/images.hpp"
+#include "camera_over.hpp"
+#include "images.hpp"
 #include "regimes/regime.hpp"
 
 #include "scene/scene.hpp"
@@ -96,18 +97,18 @@ Regime thin_occluders(const Device& device) {
         const scene::Scene scene = bars_of(pixels);
         const scene::Rendered image = scene::render(scene, camera);
         const Judge judge(scene, image);
-        const StoredDepth stored = stored_of(device, image.stored, camera);
+        const StoredDepth stored = images::stored_of(device, image.stored, camera);
         const std::vector<float> backs = far_faces(image, camera, 0.5 * pixels * pixel);
         const std::string name = "bars of " + std::to_string(pixels) + " pixels";
         SsaoOptions layered;
-        layered.thickness = stored_of(device, backs, camera);
-        const double with_back = judge.off(floats_of(ssao(stored, reach, layered).visibility)),
-                     by_default = judge.off(floats_of(ssao(stored, reach).visibility));
+        layered.thickness = images::stored_of(device, backs, camera);
+        const double with_back = judge.off(images::floats(ssao(stored, reach, layered).visibility)),
+                     by_default = judge.off(images::floats(ssao(stored, reach).visibility));
         for (const double times : {1 / 16.0, 1 / 8.0, 1 / 4.0, 1 / 2.0, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0}) {
             SsaoOptions options;
             options.thickness = times * pixels * pixel;
             regime.panel(off).curve(name).points.push_back(
-                {times, judge.off(floats_of(ssao(stored, reach, options).visibility))});
+                {times, judge.off(images::floats(ssao(stored, reach, options).visibility))});
             regime.panel(off).curve(name + ", default").points.push_back({times, by_default});
             regime.panel(off).curve(name + ", second layer").points.push_back({times, with_back});
         }

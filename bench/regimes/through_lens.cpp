@@ -1,7 +1,7 @@
 // Lenses: the field of view, a distortion until it folds within the image, the latitude of a panorama, and the radius of ambient
 // occlusion over the distance of what is nearest. A box is seen from inside, so that there are walls and creases in every direction.
 
-#include "regimes/images.hpp"
+#include "images.hpp"
 #include "regimes/regime.hpp"
 #include "scene/scene.hpp"
 
@@ -77,9 +77,9 @@ LensErrors lens_errors(const Device& device, const Camera& camera, double radius
     constexpr int apart = 5, beside = 2; // pixels between those whose visibility is judged, and to the nearest edge
     const PixelRays rays(camera);
     const scene::Rendered seen = scene::render(box(), camera, [&](double x, double y) { return rays.ray_of(x, y); });
-    const StoredDepth stored = stored_of(device, seen.stored, camera);
-    const std::vector<float> normal = floats_of(normals(stored)),
-                             visibility = floats_of(ssao(stored, radius, of_quality(quality)).visibility);
+    const StoredDepth stored = images::stored_of(device, seen.stored, camera);
+    const std::vector<float> normal = images::floats(normals(stored)),
+                             visibility = images::floats(ssao(stored, radius, of_quality(quality)).visibility);
     const auto index = [&](int x, int y) { return static_cast<std::size_t>(y * camera.width + x); };
     const auto is_inside = [&](int x, int y) {
         for (const int i : {-beside, 0, beside})

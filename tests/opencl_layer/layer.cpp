@@ -167,6 +167,7 @@ struct Account {
     std::map<cl_command_queue, Commands> queues;
     std::map<cl_event, Reached> events;
     std::map<cl_mem, Memory> host_memory; // of buffers that are the host's memory
+    std::map<const void*, std::size_t> claimed;
     std::map<cl_kernel, std::map<cl_uint, Memory>> arguments;
     std::string freed_too_early;
 };
@@ -210,6 +211,7 @@ void let_go(const void* object) {
         all.instead.erase(static_cast<cl_program>(const_cast<void*>(object)));
         all.queues.erase(static_cast<cl_command_queue>(const_cast<void*>(object)));
         all.host_memory.erase(static_cast<cl_mem>(const_cast<void*>(object)));
+        all.claimed.erase(object);
         all.arguments.erase(static_cast<cl_kernel>(const_cast<void*>(object)));
         all.events.erase(static_cast<cl_event>(const_cast<void*>(object)));
     }
@@ -286,6 +288,13 @@ void set_argument(cl_kernel kernel, cl_uint index, std::size_t size, const void*
         all.arguments[kernel][index] = found->second;
     else
         all.arguments[kernel].erase(index);
+}
+
+void tell_claim(cl_mem buffer, cl_mem_info what, void* value) {
+    Account& all = account();
+    const std::lock_guard lock(all.mutex);
+    if (const auto found = all.claimed.find(buffer); what == CL_MEM_SIZE && value && found != all.claimed.end())
+        std::memcpy(value, &found->second, sizeof found->second);
 }
 
 void made_buffer(cl_mem buffer, const Memory& memory) {
@@ -509,6 +518,8 @@ struct Hook<call, function, Result(CL_API_CALL*)(Arguments...)> {
                 let_go(std::get<0>(given));
             if constexpr (call == Call::clBuildProgram)
                 built(std::get<0>(given));
+            if constexpr (call == Call::clGetMemObjectInfo)
+                tell_claim(std::get<0>(given), std::get<1>(given), std::get<3>(given));
             if constexpr (call == Call::clSetKernelArg)
                 set_argument(std::get<0>(given), std::get<1>(given), std::get<2>(given), std::get<3>(given));
         }
@@ -655,6 +666,12 @@ std::string held() {
     for (const auto& [kind, references] : kinds)
         list << (list.tellp() > 0 ? ", " : "") << references << ' ' << kind;
     return list.str();
+}
+
+void claim(const void* buffer, std::size_t bytes) {
+    Account& all = account();
+    const std::lock_guard lock(all.mutex);
+    all.claimed[buffer] = bytes;
 }
 
 int unfinished() {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -41,6 +42,9 @@ void fail(std::size_t point, Failure failure);
 
 /// References to OpenCL's objects that the program holds: made or retained, and not yet released. "2 clCreateBuffer, 1 event".
 std::string held();
+
+/// From here on this buffer (cl_mem) says that it has so many bytes.
+void claim(const void* buffer, std::size_t bytes);
 
 /// Commands that were started and that nothing has waited for since.
 int unfinished();

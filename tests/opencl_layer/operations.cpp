@@ -1,7 +1,8 @@
 #include "operations.hpp"
 
-#include "description/operations.hpp"
+#include "rounds.hpp"
 #include "runtime/opencl.hpp"
+#include "text.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -77,60 +78,6 @@ Bytes bytes(const std::vector<Image>& images) {
         image.download(all.data() + all.size() - size);
     }
     return all;
-}
-
-std::vector<Image> images(const Image& result) {
-    return {result};
-}
-
-std::vector<Image> images(const Occlusion& results) {
-    std::vector<Image> all{results.visibility};
-    if (results.bent_normal)
-        all.push_back(results.bent_normal);
-    if (results.confidence)
-        all.push_back(results.confidence);
-    return all;
-}
-
-std::vector<Image> images(const DofMasks& results) {
-    std::vector<Image> all;
-    for (const Image* image : {&results.coc, &results.near_weight, &results.focus_weight, &results.far_weight,
-                               &results.max_near_coc, &results.near_alpha, &results.disocclusion, &results.mixed_pixels,
-                               &results.tile_min_coc, &results.tile_max_coc})
-        if (*image)
-            all.push_back(*image);
-    return all;
-}
-
-DofMasksOptions every_mask() {
-    return {.near_weight = true,
-            .focus_weight = true,
-            .far_weight = true,
-            .max_near_coc = true,
-            .near_alpha = true,
-            .disocclusion = true,
-            .mixed_pixels = true,
-            .tile_px = 8,
-            .tile_min_coc = true,
-            .tile_max_coc = true};
-}
-
-Image blurred(const Inputs& in, const DofOptions& options) {
-    return dof(in.stored, in.color, lens, options);
-}
-
-/// Every mask into regions of larger images, which takes copies.
-Bytes masks_into_regions(const Device& device) {
-    const Inputs in(device);
-    const auto part = [&](int columns, int rows) {
-        return Image(device, Element::f32, {columns + 3, rows + 2}).region(1, 1, columns, rows);
-    };
-    const auto pixels = [&] { return part(in.width, in.height); };
-    const auto tiles = [&] { return part((in.width - 1) / 8 + 1, (in.height - 1) / 8 + 1); };
-    const DofMasks masks{pixels(), pixels(), pixels(), pixels(), pixels(),
-                         pixels(), pixels(), pixels(), tiles(),  tiles()};
-    dof_masks(in.stored, masks, lens, every_mask());
-    return bytes(images(masks));
 }
 
 /// Into memory of the caller's that is the image.
@@ -213,29 +160,26 @@ template <typename Run>
 Operation with_inputs(std::string name, Run run) {
     return {std::move(name), [run](const Device& device) {
                 const Inputs in(device);
-                return bytes(images(run(in)));
+                return bytes({run(in)});
             }};
 }
 
-/// A call of an operation as it is described, with what it needs, and with every result if that is asked for.
-Operation described(const description::Operation& operation, bool every_result) {
-    return {operation.name + std::string(every_result ? ", every result" : ""),
-            [&operation, every_result](const Device& device) {
+/// A call of an operation as it is described, in one of the four rounds of its options; `in_regions`: into parts of larger images,
+/// which takes copies.
+Operation described(const description::Operation& operation, std::size_t round, bool in_regions = false) {
+    return {text(operation.name, ", round ", round, in_regions ? ", into regions" : ""),
+            [&operation, round, in_regions](const Device& device) {
                 const Inputs in(device);
-                const std::shared_ptr<void> call = operation.make(nullptr);
-                for (const description::Option& option : operation.options)
-                    if (option.kind == description::Kind::picture && option.required)
-                        operation.set(call.get(), option, in.color);
-                    else if (option.kind == description::Kind::lens)
-                        operation.set(call.get(), option, lens);
-                    else if (option.kind == description::Kind::number && !option.by_default && !option.alternative)
-                        operation.set(call.get(), option, 0.5);
-                    else if (option.kind == description::Kind::result && every_result)
-                        operation.set(call.get(), option, true);
+                const std::shared_ptr<void> call = rounds::call_of(operation, round, in.color, lens, 0.5);
                 std::vector<Image> made;
-                for (const description::Result& result : operation.results_of(call.get(), in.stored))
-                    if (result.wanted)
-                        made.push_back(*result.image = Image(device, result.shape.element, result.shape.layout));
+                rounds::with_images(operation, call.get(), in.stored, [&](const description::Shape& shape) {
+                    Layout larger = shape.layout;
+                    if (in_regions)
+                        larger.width += 3, larger.height += 2;
+                    const Image image(device, shape.element, larger);
+                    made.push_back(in_regions ? image.region(1, 1, shape.layout.width, shape.layout.height) : image);
+                    return made.back();
+                });
                 operation.run(call.get(), in.stored, {});
                 return bytes(made);
             }};
@@ -243,37 +187,21 @@ Operation described(const description::Operation& operation, bool every_result) 
 
 std::vector<Operation> make_all() {
     using In = const Inputs&;
-    constexpr Sampling accurate{.quality = Quality::accurate}, half{.half_resolution = true};
     std::vector<Operation> all{
         with_inputs("linearize, 16 bits", [](In in) { return linearize(in.coarse).image; }),
-        with_inputs("unproject into the world",
-                    [](In in) { return unproject(in.stored, {.space = Space::world, .channels = 4}); }),
-        with_inputs("normals, fitted", [](In in) { return normals(in.coarse); }),
-        with_inputs("ssao, accurate, everything asked for",
-                    [](In in) {
-                        return ssao(in.stored, 0.5, {.sampling = accurate, .bent_normal = true, .confidence = true});
-                    }),
-        with_inputs(
-            "ssao, half resolution",
-            [](In in) { return ssao(in.stored, 0.5, {.sampling = half, .bent_normal = true, .confidence = true}); }),
-        with_inputs("ssao, back depth", [](In in) { return ssao(in.stored, 0.5, {.thickness = in.coarse}); }),
-        with_inputs("ssao, thickness map", [](In in) { return ssao(in.stored, 0.5, {.thickness = in.thickness}); }),
-        with_inputs("ssao, thickness from the silhouette",
-                    [](In in) { return ssao(in.stored, 0.5, {.thickness = Silhouette{}}); }),
-        with_inputs("ssao, 16 bits", [](In in) { return ssao(in.coarse, 0.5); }),
-        {"dof_masks, all of them into regions", masks_into_regions},
-        with_inputs("dof, fast", [](In in) { return blurred(in, {.quality = Quality::fast}); }),
-        with_inputs("dof, accurate",
-                    [](In in) { return blurred(in, {.aperture = {.blades = 6}, .quality = Quality::accurate}); }),
+        with_inputs("normals, 16 bits", [](In in) { return normals(in.coarse); }),
+        with_inputs("ssao, 16 bits", [](In in) { return ssao(in.coarse, 0.5).visibility; }),
+        with_inputs("ssao, back depth",
+                    [](In in) { return ssao(in.stored, 0.5, {.thickness = in.coarse}).visibility; }),
+        with_inputs("ssao, thickness map",
+                    [](In in) { return ssao(in.stored, 0.5, {.thickness = in.thickness}).visibility; }),
         with_inputs("dof, clean plate",
                     [](In in) {
-                        return blurred(in, {.clean_plate = CleanPlate{in.clean, in.coarse}});
+                        return dof(in.stored, in.color, lens, {.clean_plate = CleanPlate{in.clean, in.coarse}});
                     }),
         with_inputs("dof, pinhole", [](In in) { return dof(in.stored, in.color, {}); }),
         with_inputs("fill_invalid", [](In in) { return fill_invalid(in.stored).image; }),
         with_inputs("grow_foreground", [](In in) { return grow_foreground(in.stored, 2).image; }),
-        with_inputs("fog, thinner with the height",
-                    [](In in) { return fog(in.stored, in.color, {.density = 0.02, .height_falloff = 0.3}); }),
         {"four in a row", four_in_a_row},
         {"one after the other's event", with_events},
         {"Device::prepare", prepared},
@@ -283,9 +211,10 @@ std::vector<Operation> make_all() {
         {"depth_at", focus},
     };
     for (const description::Operation& operation : description::operations()) {
-        all.push_back(described(operation, false));
-        if (std::ranges::count(operation.options, description::Kind::result, &description::Option::kind) > 0)
-            all.push_back(described(operation, true));
+        for (std::size_t round = 0; round < 4; ++round)
+            all.push_back(described(operation, round));
+        if (operation.results)
+            all.push_back(described(operation, 0, true));
     }
     return all;
 }
@@ -301,7 +230,7 @@ const Operation& in_huge_pages() {
     static const Operation large{
         "ssao in huge pages", [](const Device& device) {
             const Inputs in(device, 1024, 512);
-            return bytes(images(ssao(in.stored, 0.5, {.sampling = Sampling{.samples = 1, .jitter = 1}})));
+            return bytes({ssao(in.stored, 0.5, {.sampling = Sampling{.samples = 1, .jitter = 1}}).visibility});
         }};
     return large;
 }

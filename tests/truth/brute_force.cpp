@@ -6,7 +6,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
+#include <utility>
+#include <variant>
 
 namespace oracle {
 namespace {
@@ -41,6 +44,24 @@ double within(const Eigen::Matrix<double, 2, 4>& planes, const Eigen::Vector3d& 
             length = std::max(height, 0.0) / falls;
     }
     return length;
+}
+
+constexpr double touching = 1e-7; ///< scene units: solids that are no farther apart have no gap
+
+// Where a ray is inside a surface, from each place where it goes in to the one where it comes out.
+std::vector<std::pair<double, double>> passages(const fathom::scene::Scene& surface, fathom::scene::Ray ray) {
+    std::vector<std::pair<double, double>> list;
+    bool inside = false;
+    while (const auto met = fathom::scene::met(surface, ray)) {
+        const double at = (met->position - ray.origin).dot(ray.direction);
+        if (inside)
+            list.back().second = at;
+        else
+            list.emplace_back(at, infinite);
+        inside = !inside;
+        ray.first = at + touching;
+    }
+    return list;
 }
 
 } // namespace
@@ -87,6 +108,43 @@ std::vector<Sample> ray_traced(const fathom::scene::Scene& scene, const fathom::
     return points;
 }
 
+std::vector<float> ends_of(const fathom::scene::Scene& scene, const fathom::Camera& camera) {
+    const fathom::scene::Caster caster(scene, camera);
+    const Eigen::Matrix4d to_world = fathom::scene::to_world(camera);
+    const auto width = static_cast<std::size_t>(camera.width);
+    std::vector<float> ends(width * static_cast<std::size_t>(camera.height));
+    in_parallel(ends.size(), [&](std::size_t i) {
+        const fathom::scene::Ray seen =
+            caster.ray(static_cast<double>(i % width) + 0.5, static_cast<double>(i / width) + 0.5);
+        const double unit = seen.direction.norm();
+        fathom::scene::Ray ray{(to_world * seen.origin.homogeneous()).head<3>(),
+                               to_world.topLeftCorner<3, 3>() * seen.direction / unit, seen.first * unit,
+                               seen.last * unit};
+        const auto met = fathom::scene::met(scene, ray);
+        ends[i] = std::numeric_limits<float>::quiet_NaN();
+        if (!met)
+            return;
+        const double start = (met->position - ray.origin).dot(ray.direction);
+        ray.last = infinite;
+        std::vector<std::pair<double, double>> solid;
+        for (const fathom::scene::Primitive& primitive : scene)
+            if (!std::holds_alternative<fathom::scene::Disk>(primitive))
+                for (const auto& passage : passages({primitive}, ray))
+                    solid.push_back(passage);
+        double end = start;
+        const auto goes_on = [&](const auto& passage) {
+            return passage.first <= end + touching && passage.second > end + touching;
+        };
+        for (auto next = std::ranges::find_if(solid, goes_on); next != solid.end();
+             next = std::ranges::find_if(solid, goes_on))
+            end = next->second;
+        if (end == start) // a disk
+            end = infinite;
+        ends[i] = static_cast<float>(std::abs(seen.origin.z() + end * seen.direction.z() / unit));
+    });
+    return ends;
+}
+
 double median_width(const DepthLayer& layer) {
     std::vector<double> widths;
     const auto& sight = layer.sight();
@@ -99,11 +157,13 @@ double median_width(const DepthLayer& layer) {
     return widths[widths.size() / 2];
 }
 
-Off error_of(const std::vector<Sample>& points, const std::function<double(const Sample&)>& got) {
+Off error_of(const std::vector<Sample>& points, const std::vector<float>& image, int width) {
     std::vector<double> off;
     Off error;
     for (const Sample& point : points) {
-        const double difference = got(point) - point.visibility;
+        const auto at =
+            static_cast<std::size_t>(point.y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(point.x);
+        const double difference = static_cast<double>(image[at]) - point.visibility;
         error.rmse += difference * difference;
         error.bias += difference;
         off.push_back(std::abs(difference));

@@ -9,7 +9,6 @@
 #include <Eigen/Core>
 
 #include <cstddef>
-#include <functional>
 #include <vector>
 
 namespace oracle {
@@ -43,6 +42,10 @@ std::vector<Sample> ray_traced(const fathom::scene::Scene& scene, const fathom::
                                const fathom::scene::Rendered& image, double radius, int rays = sample_rays,
                                int stride = sample_stride);
 
+/// Depth of each pixel where what it shows ends: the solids that its ray goes through one after the other without a gap. What
+/// encloses nothing, as the ground, the walls of a room and flat disks, ends infinitely far away. NaN where there is nothing.
+std::vector<float> ends_of(const fathom::scene::Scene& scene, const fathom::Camera& camera);
+
 /// Width of the image, in scene units, where half of its surfaces are nearer.
 double median_width(const DepthLayer& layer);
 
@@ -51,7 +54,7 @@ struct Off {
     double common = 0; ///< root of the mean square of all but the worst 2%
 };
 
-/// What the visibility that `got` gives for each point is off by.
-Off error_of(const std::vector<Sample>& points, const std::function<double(const Sample&)>& got);
+/// What the visibility of an image so many pixels wide is off by at the points.
+Off error_of(const std::vector<Sample>& points, const std::vector<float>& image, int width);
 
 } // namespace oracle

@@ -1,6 +1,6 @@
 #pragma once
 
-#include <fathom/image.hpp>
+#include <fathom/linearize.hpp>
 
 #include <algorithm>
 #include <bit>
@@ -10,7 +10,7 @@
 #include <cstdio>
 #include <vector>
 
-/// Images of floats, and how two of them differ.
+/// Small images through the device, and how two of them differ.
 namespace fathom::images {
 
 /// All channels of all pixels.
@@ -19,6 +19,15 @@ inline std::vector<float> floats(const Image& image) {
                               static_cast<std::size_t>(image.channels()));
     image.download(values.data());
     return values;
+}
+
+/// On a CPU device the values themselves: they have to stay.
+template <typename Value>
+StoredDepth stored_of(const Device& device, const std::vector<Value>& values, const Camera& camera,
+                      Storage storage = Storage::float32) {
+    return {Image::from_host(device, element_of(storage), values.data(),
+                             {camera.width, camera.height, channels_of(storage)}),
+            camera, storage};
 }
 
 inline bool same_bits(float a, float b) {
