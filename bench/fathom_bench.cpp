@@ -20,6 +20,7 @@ struct Arguments {
     std::string device;
     Size size = {0, 0}; // the table's own
     int frames = 0;
+    DeviceOptions options = {};
     std::string table = "operations", csv = {}, pairs = {};
     double megapixels = 64;
     Effort effort = {.report = print_row};
@@ -27,7 +28,9 @@ struct Arguments {
 
 constexpr const char* help =
     "usage: fathom_bench [--table NAME] [--device WHAT] [--size WxH] [--rounds N] [--frames N] [--only TEXT]\n"
-    "                    [--seconds S] [--megapixels N] [--csv FILE] [--pairs FILE]\n"
+    "                    [--seconds S] [--megapixels N] [--two-float] [--vector-width V] [--group N] "
+    "[--processor-time]\n"
+    "                    [--csv FILE] [--pairs FILE]\n"
     "  --table operations  every operation, camera and formula on random depths (3840x2160, the default table)\n"
     "          errors      every method against the truth in seven scenes (960x540)\n"
     "          presets     every method's time and memory in a room (1920x1080, 3840x2160 and 960x540)\n"
@@ -39,6 +42,7 @@ constexpr const char* help =
     "  --frames N   operations: frames to go through in turn; 1 keeps them in the cache (default: 0.5 GB of them)\n"
     "  --only TEXT  only rows with TEXT in their names, and the copies that they are compared with; operations: in\n"
     "               every round\n"
+    "  --processor-time  count the threads' own time, for a machine that others use too\n"
     "  --pairs FILE errors: each quality beside every other method, as a table\n"
     "  --csv FILE   the table for programs: bench/figures.hpp says what its columns are\n";
 
@@ -49,6 +53,11 @@ constexpr const char* help =
 
 Arguments parse(int argc, char** argv) {
     Arguments a;
+    const std::map<std::string, std::function<void()>> flags{
+        {"--two-float", [&] { a.options.arithmetic = Arithmetic::two_float; }},
+        {"--processor-time", [&] { a.effort.clock = Clock::processor; }},
+        {"--help", [] { std::exit(std::fputs(help, stdout) < 0); }},
+    };
     using Value = const std::string&;
     const std::map<std::string, std::function<void(Value)>> values{
         {"--device", [&](Value v) { a.device = v; }},
@@ -60,6 +69,8 @@ Arguments parse(int argc, char** argv) {
          }},
         {"--rounds", [&](Value v) { a.effort.rounds = std::stoi(v); }},
         {"--frames", [&](Value v) { a.frames = std::stoi(v); }},
+        {"--vector-width", [&](Value v) { a.options.vector_width = std::stoi(v); }},
+        {"--group", [&](Value v) { a.options.group_size = std::stoi(v); }},
         {"--csv", [&](Value v) { a.csv = v; }},
         {"--pairs", [&](Value v) { a.pairs = v; }},
         {"--table", [&](Value v) { a.table = v; }},
@@ -69,9 +80,9 @@ Arguments parse(int argc, char** argv) {
     };
     for (int i = 1; i < argc; ++i) {
         const std::string option = argv[i];
-        if (option == "--help")
-            std::exit(std::fputs(help, stdout) < 0);
-        if (const auto value = values.find(option); value == values.end())
+        if (const auto flag = flags.find(option); flag != flags.end())
+            flag->second();
+        else if (const auto value = values.find(option); value == values.end())
             usage("unknown option " + option);
         else if (++i == argc)
             usage(option + " needs a value");
@@ -110,7 +121,7 @@ std::vector<Figures> made(const Device& device, const Arguments& a) {
 int main(int argc, char** argv) {
     try {
         const Arguments a = parse(argc, argv);
-        const Device device = Device::open(a.device);
+        const Device device = Device::open(a.device, a.options);
         std::printf("%s, %s, vector width %d, %s; commit %s\n", device.info().name.c_str(),
                     device.info().platform.c_str(), device.options().vector_width,
                     device.options().arithmetic == Arithmetic::fp64 ? "fp64" : "two-float", commit().c_str());
@@ -118,7 +129,7 @@ int main(int argc, char** argv) {
         if (rows.empty())
             usage("no row has \"" + a.effort.only + "\" in its name");
         if (!a.csv.empty())
-            table_of(device, rows).write_csv(a.csv);
+            table_of(device, rows, a.effort.clock).write_csv(a.csv);
         if (!a.pairs.empty())
             pairs_of(device, rows).write_csv(a.pairs);
     } catch (const std::exception& error) {

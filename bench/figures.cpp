@@ -52,12 +52,12 @@ void compare(Table& table, const std::vector<const Figures*>& rows) {
         }
 }
 
-std::vector<Cell> cells(const Figures& f) {
+std::vector<Cell> cells(const Figures& f, Clock clock) {
     std::vector<Cell> row{f.operation, f.method,      f.kind,         f.storage,
                           f.scene,     1.0 * f.width, 1.0 * f.height, if_any(f.radius_px)};
     const bool timed = !f.seconds.empty();
     const double ms = 1e3 * median(f.seconds);
-    const std::vector<Cell> times{"wall",
+    const std::vector<Cell> times{clock == Clock::wall ? "wall" : "processor",
                                   1.0 * static_cast<double>(f.seconds.size()),
                                   ms,
                                   1e3 * quantile(f.seconds, 0.25),
@@ -142,13 +142,13 @@ Table pairs_of(const Device& device, const std::vector<Figures>& rows) {
     return table;
 }
 
-Table table_of(const Device& device, const std::vector<Figures>& rows) {
+Table table_of(const Device& device, const std::vector<Figures>& rows, Clock clock) {
     Table table(device, {"operation", "method",        "kind",      "storage",   "scene",       "width",  "height",
                          "radius_px", "clock",         "runs",      "ms",        "ms_q25",      "ms_q75", "floor",
                          "floor_ms",  "time_to_floor", "unit",      "mean",      "rms",         "p99",    "worst",
                          "points",    "scene_mean",    "scene_rms", "scene_p99", "scene_worst", "bytes",  "common"});
     for (const Figures& row : rows)
-        table.add(cells(row));
+        table.add(cells(row, clock));
     return table;
 }
 

@@ -49,7 +49,7 @@ void print_row(const Figures& row);
 /// The columns of such a table, which do not change:
 ///   device, driver, commit                as Table writes them
 ///   operation, method, kind, storage, scene, width, height, radius_px     as above
-///   clock                                 wall
+///   clock                                 wall, or processor: time of all threads together
 ///   runs, ms, ms_q25, ms_q75              how often it was timed; the median, and the quartiles
 ///   floor, floor_ms, time_to_floor        the copy that moves the same bytes, its median, and the ratio of the medians
 ///   unit, mean, rms, p99, worst, points   the error against the truth over sample points:
@@ -62,7 +62,7 @@ void print_row(const Figures& row);
 ///   bytes                                 images in and out, and scratch
 ///   common                                rms of all but the worst 2 % of the points
 /// Empty: not measured.
-Table table_of(const Device& device, const std::vector<Figures>& rows);
+Table table_of(const Device& device, const std::vector<Figures>& rows, Clock clock);
 
 /// Each preset of ssao and dof beside every other preset, and every other method that may be more exact, at each place: what the other's `common` error is divided by the
 /// preset's, and between what 95 % of paired bootstraps of the sample points have it.

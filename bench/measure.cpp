@@ -6,7 +6,7 @@
 
 namespace fathom::bench {
 
-std::vector<std::vector<double>> measured(const Device& device, const std::vector<Work>& work, int rounds,
+std::vector<std::vector<double>> measured(const Device& device, const std::vector<Work>& work, int rounds, Clock clock,
                                           int warm_up) {
     std::vector<std::vector<double>> samples(work.size());
     std::vector<std::size_t> order(work.size());
@@ -20,7 +20,7 @@ std::vector<std::vector<double>> measured(const Device& device, const std::vecto
                 continue;
             if (each.before)
                 each.before();
-            const double time = seconds([&] {
+            const double time = seconds(clock, [&] {
                 each.run();
                 device.finish();
             });
@@ -39,7 +39,7 @@ int rounds_between(const Device& device, const Work& work, int rounds, double li
     for (int i = 0; i < 2 && time * least <= limit; ++i) { // the first one may compile kernels
         if (work.before)
             work.before();
-        time = seconds([&] {
+        time = seconds(Clock::wall, [&] {
             work.run();
             device.finish();
         });

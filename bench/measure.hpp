@@ -4,18 +4,28 @@
 
 #include <algorithm>
 #include <chrono>
+#include <ctime>
 #include <functional>
 #include <string>
 #include <vector>
 
 namespace fathom::bench {
 
+/// Time on the wall, or processor time of all threads: the latter is what a busy machine leaves comparable.
+enum class Clock { wall, processor };
+
+inline double now(Clock clock) {
+    if (clock == Clock::processor)
+        return static_cast<double>(std::clock()) / CLOCKS_PER_SEC;
+    return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
 /// Seconds that a piece of work takes.
 template <typename Work>
-double seconds(Work&& work) {
-    const auto start = std::chrono::steady_clock::now();
+double seconds(Clock clock, Work&& work) {
+    const double start = now(clock);
     work();
-    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    return now(clock) - start;
 }
 
 /// The value below which the fraction `q` of the samples lies.
@@ -39,7 +49,7 @@ struct Work {
 };
 
 /// Seconds of each piece of work: rounds are interleaved in random order, after some that are not counted.
-std::vector<std::vector<double>> measured(const Device& device, const std::vector<Work>& work, int rounds,
+std::vector<std::vector<double>> measured(const Device& device, const std::vector<Work>& work, int rounds, Clock clock,
                                           int warm_up = 2);
 
 /// Runs the work once, and once more unless that took too long, and chooses how many rounds lie from one run to the next, so

@@ -336,7 +336,7 @@ std::vector<Figures> operations(const Device& device, Size size, int frames, con
                         .after = [&] { row.in_place ? row.place().restore() : void(); },
                         .every = row.every});
     }
-    const auto samples = measured(device, work, effort.rounds);
+    const auto samples = measured(device, work, effort.rounds, effort.clock);
     std::map<std::string, double> floors;
     for (std::size_t i = 0; i < rows.size(); ++i)
         floors[rows[i].name] = median(samples[i]);

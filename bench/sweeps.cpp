@@ -11,34 +11,31 @@ namespace fathom::bench {
 
 bool Comparison::takes(int& i, int argc, char** argv) {
     const std::string option = argv[i];
+    if (option == "--processor-time") {
+        effort.clock = Clock::processor;
+        return true;
+    }
     const char* const value = i + 1 < argc ? argv[i + 1] : "";
     const bool taken = (option == "--size" && std::sscanf(value, "%dx%d", &width, &height) == 2) ||
                        (option == "--rounds" && (effort.rounds = std::atoi(value)) > 0) ||
                        (option == "--seconds" && (effort.seconds = std::atof(value)) > 0) ||
-                       (option == "--csv" && !(csv = value).empty()) ||
-                       (option == of_program && !(program = value).empty());
+                       (option == "--csv" && !(csv = value).empty());
     i += taken;
     return taken;
 }
 
-int Comparison::run(int argc, char** argv,
-                    const std::function<std::vector<Figures>(const Device&, const Comparison&)>& measure) {
-    for (int i = 1; i < argc; ++i)
-        if (!takes(i, argc, argv)) {
-            const bool asked = std::string(argv[i]) == "--help";
-            std::fputs(help, asked ? stdout : stderr);
-            return asked ? 0 : 2;
+std::optional<int> Comparison::read(int argc, char** argv, const char* help, const char* of_program,
+                                    std::string* program) {
+    for (int i = 1; i < argc; ++i) {
+        const std::string option = argv[i];
+        if (program && option == of_program && i + 1 < argc) {
+            *program = argv[++i];
+        } else if (!takes(i, argc, argv)) {
+            std::fputs(help, option == "--help" ? stdout : stderr);
+            return option == "--help" ? 0 : 2;
         }
-    try {
-        const Device device = Device::open("cpu");
-        const std::vector<Figures> rows = measure(device, *this);
-        if (!csv.empty() && !rows.empty())
-            table_of(device, rows).write_csv(csv);
-    } catch (const std::exception& error) {
-        std::fprintf(stderr, "%s: %s\n", name, error.what());
-        return 1;
     }
-    return 0;
+    return std::nullopt;
 }
 
 namespace {
@@ -83,7 +80,7 @@ std::vector<Figures> timed(Case& on, const std::vector<Method>& methods,
         work.push_back({.before = before, .run = [&on, method] { method->run(on); }, .every = every});
     }
     on.complete();
-    const auto samples = measured(on.device(), work, effort.rounds, 0);
+    const auto samples = measured(on.device(), work, effort.rounds, effort.clock, 0);
     std::map<std::string, double> floors;
     for (std::size_t i = 0; i < rows.size(); ++i) {
         rows[i].seconds = samples[i];
@@ -104,9 +101,10 @@ void append(std::vector<Figures>& rows, std::vector<Figures> more) {
 // The methods that take too long to be run again on images of a width or wider.
 class Slow {
 public:
-    void learn(const std::vector<Figures>& rows) {
+    void learn(const std::vector<Figures>& rows, Clock clock) {
+        const double limit = clock == Clock::wall ? longest_run : 2 * longest_run; // of two cores
         for (const Figures& row : rows)
-            if (median(row.seconds) > longest_run)
+            if (median(row.seconds) > limit)
                 widths_.emplace(row.operation + ' ' + row.method, row.width);
     }
     bool contain(const Method& method, int width) const {
@@ -162,7 +160,7 @@ std::vector<Figures> presets(const Device& device, const std::vector<Method>& me
             on.max_coc_px = on.width() / 120.0;
             append(rows, timed(on, methods, of("dof"), effort));
         }
-        slow.learn(rows);
+        slow.learn(rows, effort.clock);
     }
     return rows;
 }

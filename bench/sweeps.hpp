@@ -3,8 +3,8 @@
 #include "figures.hpp"
 #include "methods.hpp"
 
-#include <algorithm>
 #include <functional>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -15,8 +15,24 @@ namespace fathom::bench {
 struct Effort {
     int rounds = 31;
     double seconds = 2; ///< no method takes more in all, but three runs
+    Clock clock = Clock::wall;
     std::string only = {};
     std::function<void(const Figures&)> report = {}; ///< told of every row as soon as it is there
+};
+
+/// What the programs that compare others with fathom take, and its standard values.
+struct Comparison {
+    Effort effort;
+    int width = 1920, height = 1080;
+    std::string csv = {};
+
+    /// Takes --size, --rounds, --seconds, --processor-time and --csv, and `program` after the option `of_program`, if that is given.
+    /// An exit status where nothing else is to be done: after `help`, which an unknown argument brings, too.
+    std::optional<int> read(int argc, char** argv, const char* help, const char* of_program = "",
+                            std::string* program = nullptr);
+
+private:
+    bool takes(int& i, int argc, char** argv);
 };
 
 inline constexpr double longest_run = 2.5; ///< seconds
@@ -27,27 +43,6 @@ using Size = std::pair<int, int>;
 
 /// What errors are measured at, and times too.
 inline constexpr Size error_size{960, 540};
-
-/// A program that compares others with fathom, and what it is told.
-struct Comparison {
-    const char *name, *help;
-    const char* of_program = ""; ///< the option that names the program to compare with, if there is one
-    std::string program = {};
-    Effort effort = {.report = print_row};
-    int width = 1920, height = 1080;
-    std::string csv = {};
-
-    int error_width() const { return std::min(width, error_size.first); }
-    int error_height() const { return error_width() * height / width; }
-
-    /// Its `main`: takes --size, --rounds, --seconds, --csv and `of_program`, and writes the rows that `measure` makes on the
-    /// CPU, if there are any. An unknown argument brings `help`.
-    int run(int argc, char** argv,
-            const std::function<std::vector<Figures>(const Device&, const Comparison&)>& measure);
-
-private:
-    bool takes(int& i, int argc, char** argv);
-};
 
 /// Every method in each of the views, with the floors: rays of a twentieth of the width, circles up to a thirtieth; and, in views
 /// less than 3840 wide, `ssao` with rays of two fifths and `dof` with a quarter of the circle too. Wider ones have the library's

@@ -95,7 +95,7 @@ TEST_CASE("bench: the columns of its tables stay what they are", "[bench]") {
     row.floor_seconds = 0.001;
     row.error = bench::summary("visibility", {0.3, -0.4, 0.0});
     row.scene_error = bench::summary("visibility", {0.5, -0.5});
-    const std::string csv = bench::table_of(device, {row}).csv();
+    const std::string csv = bench::table_of(device, {row}, bench::Clock::wall).csv();
     CHECK(csv.starts_with(
         "device,driver,commit,operation,method,kind,storage,scene,width,height,radius_px,clock,runs,ms,"
         "ms_q25,ms_q75,floor,floor_ms,time_to_floor,unit,mean,rms,p99,worst,points,scene_mean,scene_rms,"

@@ -65,7 +65,7 @@ public:
     explicit Blender(std::string program) : program_(std::move(program)) {}
 
     // The picture, or with rounds how long they took.
-    Blurred blurred(Frame frame, int rounds = 0) const {
+    Blurred blurred(Frame frame, int rounds = 0, Clock clock = Clock::wall) const {
         const TempFolder folder("fathom-blender");
         double largest = 0;
         for (float& z : frame.depth) {
@@ -84,6 +84,7 @@ public:
             {"focus", static_cast<double>(frame.circle.g / frame.circle.k)},
             {"f_stop", frame.width * lens_to_sensor * lens_to_sensor / static_cast<double>(frame.circle.g)},
             {"largest_radius_px", std::ceil(largest)},
+            {"processor_time", clock == Clock::processor},
             {"rounds", rounds}};
         const std::string command = "'" + program_ + "' -b --factory-startup --python-exit-code 1 --python '" +
                                     FATHOM_DEFOCUS + "' -- '" + folder.string() + "' >'" + folder.string() +
@@ -158,7 +159,8 @@ std::vector<Figures> timed(const Device& device, const Blender& blender, const s
     on.max_coc_px = width / 30.0;
     Figures row = row_of("dof", node, Method::Kind::blender, "room", width, height);
     row.radius_px = on.max_coc_px;
-    row.seconds = blender.blurred(frame_of(on), width > error_size.first ? 1 : 3).seconds; // half a minute
+    row.seconds =
+        blender.blurred(frame_of(on), width > error_size.first ? 1 : 3, effort.clock).seconds; // half a minute
     row.floor = floor_name;
     row.floor_seconds = rows.back().floor_seconds;
     effort.report(row);
@@ -220,32 +222,40 @@ std::vector<Figures> against_path_tracer(const Device& device, const Blender& bl
 
 constexpr const char* help =
     "usage: fathom_bench_blender [--blender PROGRAM] [--size WxH] [--rounds N] [--seconds S]\n"
-    "                            [--csv FILE]\n"
+    "                            [--processor-time] [--csv FILE]\n"
     "Blender's Defocus node beside dof: times at WxH (1920x1080), errors at 960x540 and against a path tracer.\n"
     "Without Blender it says so, and writes no file. Options as those of fathom_bench.\n";
-
-std::vector<Figures> measured_on(const Device& device, const Comparison& asked) {
-    if (std::system(("command -v '" + asked.program + "' >/dev/null").c_str()) != 0) {
-        std::printf("skipped: there is no Blender called %s\n", asked.program.c_str());
-        return {};
-    }
-    Baselines kernels(device);
-    const std::vector<Method> all = methods(kernels);
-    const Blender blender(asked.program);
-    const int error_width = asked.error_width(), error_height = asked.error_height();
-    std::vector<Figures> rows = timed(device, blender, all, error_width, error_height, asked.effort);
-    for (Figures& row : timed(device, blender, all, asked.width, asked.height, asked.effort))
-        rows.push_back(std::move(row));
-    for (Figures& row : errors(device, {defocus(blender)}, views(error_width, error_height), "", asked.effort.report))
-        rows.push_back(std::move(row));
-    for (Figures& row : against_path_tracer(device, blender, asked.effort))
-        rows.push_back(std::move(row));
-    return rows;
-}
 
 } // namespace
 
 int main(int argc, char** argv) {
-    return Comparison{.name = "fathom_bench_blender", .help = help, .of_program = "--blender", .program = "blender"}
-        .run(argc, argv, measured_on);
+    Comparison asked{.effort = {.report = print_row}};
+    std::string program = "blender";
+    if (const auto status = asked.read(argc, argv, help, "--blender", &program))
+        return *status;
+    if (std::system(("command -v '" + program + "' >/dev/null").c_str()) != 0) {
+        std::printf("skipped: there is no Blender called %s\n", program.c_str());
+        return 0;
+    }
+    const auto& [effort, width, height, csv] = asked;
+    try {
+        const Device device = Device::open("cpu");
+        Baselines kernels(device);
+        const std::vector<Method> all = methods(kernels);
+        const Blender blender(program);
+        const int error_width = std::min(width, error_size.first), error_height = error_width * height / width;
+        std::vector<Figures> rows = timed(device, blender, all, error_width, error_height, effort);
+        for (Figures& row : timed(device, blender, all, width, height, effort))
+            rows.push_back(std::move(row));
+        for (Figures& row : errors(device, {defocus(blender)}, views(error_width, error_height), "", effort.report))
+            rows.push_back(std::move(row));
+        for (Figures& row : against_path_tracer(device, blender, effort))
+            rows.push_back(std::move(row));
+        if (!csv.empty())
+            table_of(device, rows, effort.clock).write_csv(csv);
+    } catch (const std::exception& error) {
+        std::fprintf(stderr, "fathom_bench_blender: %s\n", error.what());
+        return 1;
+    }
+    return 0;
 }

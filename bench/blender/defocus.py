@@ -2,7 +2,7 @@
 
 Blurs a picture with the compositor's Defocus node and times it. FOLDER holds request.json, and color.raw and depth.raw:
 four floats a pixel, the bottom row first. Writes seconds.json: what compositing took with the node and without it, in so many
-rounds as are asked for. Without rounds it writes result.raw, laid out like the others.
+rounds as are asked for: on the wall, or of all threads. Without rounds it writes result.raw, laid out like the others.
 """
 import array
 import json
@@ -27,15 +27,16 @@ def image_node(tree, name, width, height):
     return node
 
 
-def composited(still=False):
-    begin = time.perf_counter()
+def composited(clock, still=False):
+    begin = clock()
     bpy.ops.render.render(write_still=still)
-    return time.perf_counter() - begin
+    return clock() - begin
 
 
 def main():
     with open(os.path.join(FOLDER, "request.json")) as file:
         request = json.load(file)
+    clock = time.process_time if request["processor_time"] else time.perf_counter
     scene, render = bpy.context.scene, bpy.context.scene.render
     render.resolution_x, render.resolution_y = request["width"], request["height"]
     render.resolution_percentage = 100
@@ -61,7 +62,7 @@ def main():
     for _ in range(request["rounds"]):
         for name, node in (("without", color), ("with", defocus)):
             tree.links.new(node.outputs["Image"], output.inputs["Image"])
-            seconds[name].append(composited())
+            seconds[name].append(composited(clock))
 
     with open(os.path.join(FOLDER, "seconds.json"), "w") as file:
         json.dump(seconds, file)
@@ -73,7 +74,7 @@ def main():
     settings.exr_codec = "NONE"
     render.filepath = os.path.join(FOLDER, "result.exr")
     tree.links.new(defocus.outputs["Image"], output.inputs["Image"])
-    composited(still=True)
+    composited(clock, still=True)
     result = bpy.data.images.load(render.filepath)
     result.colorspace_settings.name = "Non-Color"
     values = array.array("f", bytes(4 * len(result.pixels)))

@@ -147,26 +147,33 @@ std::vector<Method> compared(Baselines& kernels) {
 }
 
 constexpr const char* help =
-    "usage: fathom_bench_opencv [--size WxH] [--rounds N] [--seconds S] [--csv FILE]\n"
+    "usage: fathom_bench_opencv [--size WxH] [--rounds N] [--seconds S] [--processor-time] [--csv FILE]\n"
     "OpenCV's methods beside Fathom's, on the CPU: times at WxH (1920x1080), errors at 960x540.\n"
     "Options as those of fathom_bench.\n";
-
-std::vector<Figures> measured_on(const Device& device, const Comparison& asked) {
-    Baselines kernels(device);
-    const std::vector<Method> list = compared(kernels);
-    const int error_width = asked.error_width(), error_height = asked.error_height();
-    std::vector<Figures> rows =
-        presets(device, list,
-                {pinhole_views(error_width, error_height).front(), pinhole_views(asked.width, asked.height).front()},
-                asked.effort);
-    for (Figures& row : errors(device, list, pinhole_views(error_width, error_height), "", asked.effort.report))
-        if (row.operation != "filter")
-            rows.push_back(std::move(row));
-    return rows;
-}
 
 } // namespace
 
 int main(int argc, char** argv) {
-    return Comparison{.name = "fathom_bench_opencv", .help = help}.run(argc, argv, measured_on);
+    Comparison asked{.effort = {.report = print_row}};
+    if (const auto status = asked.read(argc, argv, help))
+        return *status;
+    const auto& [effort, width, height, csv] = asked;
+    try {
+        const Device device = Device::open("cpu");
+        Baselines kernels(device);
+        const std::vector<Method> list = compared(kernels);
+        const int error_width = std::min(width, error_size.first), error_height = error_width * height / width;
+        std::vector<Figures> rows =
+            presets(device, list,
+                    {pinhole_views(error_width, error_height).front(), pinhole_views(width, height).front()}, effort);
+        for (Figures& row : errors(device, list, pinhole_views(error_width, error_height), "", effort.report))
+            if (row.operation != "filter")
+                rows.push_back(std::move(row));
+        if (!csv.empty())
+            table_of(device, rows, effort.clock).write_csv(csv);
+    } catch (const std::exception& error) {
+        std::fprintf(stderr, "fathom_bench_opencv: %s\n", error.what());
+        return 1;
+    }
+    return 0;
 }

@@ -174,28 +174,27 @@ std::vector<Way> ways(Frame& f) {
     return list;
 }
 
-std::vector<Figures> measured_on(const Device& device, const Comparison& asked) {
-    const Effort& effort = asked.effort;
-    Frame frame(device, asked.width, asked.height);
+std::vector<Figures> figures(const Device& device, int width, int height, const Effort& effort) {
+    Frame frame(device, width, height);
     const std::vector<Way> list = ways(frame);
     std::vector<Figures> rows;
     std::vector<Work> work;
     for (const Way& way : list) {
         work.push_back({.run = way.run});
         work.back().every = rounds_between(device, work.back(), effort.rounds, effort.seconds);
-        rows.push_back({way.operation, way.name, way.kind, "float32", "room through brown", asked.width, asked.height});
+        rows.push_back({way.operation, way.name, way.kind, "float32", "room through brown", width, height});
         rows.back().error = way.error();
     }
-    const auto seconds = measured(device, work, effort.rounds);
+    const auto seconds = measured(device, work, effort.rounds, effort.clock);
     for (std::size_t i = 0; i < rows.size(); ++i) {
         rows[i].seconds = seconds[i];
-        effort.report(rows[i]);
+        print_row(rows[i]);
     }
     return rows;
 }
 
 constexpr const char* help =
-    "usage: fathom_bench_lens [--size WxH] [--rounds N] [--seconds S] [--csv FILE]\n"
+    "usage: fathom_bench_lens [--size WxH] [--rounds N] [--seconds S] [--processor-time] [--csv FILE]\n"
     "Points, normals and occlusion through a distorted lens beside OpenCV's ways, on the CPU: errors and times at WxH "
     "(1920x1080).\n"
     "Options as those of fathom_bench.\n";
@@ -203,5 +202,17 @@ constexpr const char* help =
 } // namespace
 
 int main(int argc, char** argv) {
-    return Comparison{.name = "fathom_bench_lens", .help = help}.run(argc, argv, measured_on);
+    Comparison asked;
+    if (const auto status = asked.read(argc, argv, help))
+        return *status;
+    try {
+        const Device device = Device::open("cpu");
+        const auto rows = figures(device, asked.width, asked.height, asked.effort);
+        if (!asked.csv.empty())
+            table_of(device, rows, asked.effort.clock).write_csv(asked.csv);
+    } catch (const std::exception& error) {
+        std::fprintf(stderr, "fathom_bench_lens: %s\n", error.what());
+        return 1;
+    }
+    return 0;
 }

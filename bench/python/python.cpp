@@ -87,67 +87,77 @@ std::map<std::string, double> floors_in(const Device& device, Baselines& kernels
 
 constexpr const char* help =
     "usage: fathom_bench_python [--python PROGRAM] [--size WxH] [--rounds N] [--seconds S]\n"
-    "                           [--csv FILE]\n"
+    "                           [--processor-time] [--csv FILE]\n"
     "NumPy, Numba and Open3D beside Fathom's methods: times at WxH (1920x1080) and 960x540, errors at 960x540.\n"
     "Where Python lacks them it says so, and writes no file. Options as those of fathom_bench.\n";
-
-std::vector<Figures> measured_on(const Device& device, const Comparison& asked) {
-    const Effort& effort = asked.effort;
-    const std::string script = "'" + asked.program + "' '" FATHOM_PYTHON_BASELINES "' ";
-    if (const int status = std::system((script + "--check").c_str()); status != 0) {
-        if (!WIFEXITED(status) || WEXITSTATUS(status) != missing)
-            std::printf("skipped: %s cannot be run\n", asked.program.c_str());
-        return {};
-    }
-    Baselines kernels(device);
-    const std::vector<View> judged = pinhole_views(asked.error_width(), asked.error_height());
-    std::vector<View> timed{judged.front()};
-    if (asked.width > asked.error_width())
-        timed.push_back(pinhole_views(asked.width, asked.height).front());
-    const TempFolder folder("fathom-python");
-    nlohmann::json request{{"rounds", effort.rounds}, {"seconds", effort.seconds}};
-    for (const View& view : timed)
-        request["frames"].push_back(frame_of(device, view, true, folder));
-    for (const View& view : judged)
-        request["frames"].push_back(frame_of(device, view, false, folder));
-    write_text(folder / "request.json", request.dump());
-    std::fflush(stdout);
-    if (std::system((script + "'" + folder.string() + "'").c_str()) != 0)
-        throw Error("Python failed");
-    const auto answer = nlohmann::json::parse(read_text(folder / "answer.json"));
-
-    std::vector<Figures> rows;
-    std::vector<Method> list;
-    std::set<std::pair<std::string, std::string>> known;
-    for (const View& view : timed) {
-        auto floors = floors_in(device, kernels, view, effort);
-        for (const auto& row : answer) {
-            const auto operation = row["operation"].get<std::string>(), name = row["method"].get<std::string>();
-            if (known.emplace(operation, name).second)
-                list.push_back(read_back(operation, name, answer, folder));
-            if (row["frame"] != name_of(view, true))
-                continue;
-            rows.push_back({.operation = operation,
-                            .method = name,
-                            .kind = kind_name(Method::Kind::python),
-                            .storage = to_string(Storage::float32),
-                            .scene = view.name,
-                            .width = view.camera().width,
-                            .height = view.camera().height,
-                            .seconds = row["seconds"].get<std::vector<double>>(),
-                            .floor = floor_of(operation)});
-            rows.back().floor_seconds = floors.at(rows.back().floor);
-            effort.report(rows.back());
-        }
-    }
-    for (Figures& row : errors(device, list, judged, "", effort.report))
-        rows.push_back(std::move(row));
-    return rows;
-}
 
 } // namespace
 
 int main(int argc, char** argv) {
-    return Comparison{.name = "fathom_bench_python", .help = help, .of_program = "--python", .program = "python3"}.run(
-        argc, argv, measured_on);
+    Comparison asked{.effort = {.report = print_row}};
+    std::string program = "python3";
+    if (const auto status = asked.read(argc, argv, help, "--python", &program))
+        return *status;
+    const auto& [effort, width, height, csv] = asked;
+    try {
+        const std::string script = "'" + program + "' '" FATHOM_PYTHON_BASELINES "' ";
+        if (const int status = std::system((script + "--check").c_str()); status != 0) {
+            if (!WIFEXITED(status) || WEXITSTATUS(status) != missing)
+                std::printf("skipped: %s cannot be run\n", program.c_str());
+            return 0;
+        }
+        const Device device = Device::open("cpu");
+        Baselines kernels(device);
+        const int error_width = std::min(width, error_size.first), error_height = error_width * height / width;
+        const std::vector<View> judged = pinhole_views(error_width, error_height);
+        std::vector<View> timed{judged.front()};
+        if (width > error_width)
+            timed.push_back(pinhole_views(width, height).front());
+        const TempFolder folder("fathom-python");
+        nlohmann::json request{{"rounds", effort.rounds},
+                               {"seconds", effort.seconds},
+                               {"processor_time", effort.clock == Clock::processor}};
+        for (const View& view : timed)
+            request["frames"].push_back(frame_of(device, view, true, folder));
+        for (const View& view : judged)
+            request["frames"].push_back(frame_of(device, view, false, folder));
+        write_text(folder / "request.json", request.dump());
+        std::fflush(stdout);
+        if (std::system((script + "'" + folder.string() + "'").c_str()) != 0)
+            throw Error("Python failed");
+        const auto answer = nlohmann::json::parse(read_text(folder / "answer.json"));
+
+        std::vector<Figures> rows;
+        std::vector<Method> list;
+        std::set<std::pair<std::string, std::string>> known;
+        for (const View& view : timed) {
+            auto floors = floors_in(device, kernels, view, effort);
+            for (const auto& row : answer) {
+                const auto operation = row["operation"].get<std::string>(), name = row["method"].get<std::string>();
+                if (known.emplace(operation, name).second)
+                    list.push_back(read_back(operation, name, answer, folder));
+                if (row["frame"] != name_of(view, true))
+                    continue;
+                rows.push_back({.operation = operation,
+                                .method = name,
+                                .kind = kind_name(Method::Kind::python),
+                                .storage = to_string(Storage::float32),
+                                .scene = view.name,
+                                .width = view.camera().width,
+                                .height = view.camera().height,
+                                .seconds = row["seconds"].get<std::vector<double>>(),
+                                .floor = floor_of(operation)});
+                rows.back().floor_seconds = floors.at(rows.back().floor);
+                effort.report(rows.back());
+            }
+        }
+        for (Figures& row : errors(device, list, judged, "", effort.report))
+            rows.push_back(std::move(row));
+        if (!csv.empty())
+            table_of(device, rows, effort.clock).write_csv(csv);
+    } catch (const std::exception& error) {
+        std::fprintf(stderr, "fathom_bench_python: %s\n", error.what());
+        return 1;
+    }
+    return 0;
 }
