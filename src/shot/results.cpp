@@ -408,7 +408,11 @@ bool Records::is_finished(const ordered_json& record, const Job& job) const {
         results.push_back(*state);
     }
     std::ifstream stream(record_of(job), std::ios::binary);
-    return std::string{std::istreambuf_iterator<char>(stream), {}} == line_of(record, results);
+    try {
+        return std::string{std::istreambuf_iterator<char>(stream), {}} == line_of(record, results);
+    } catch (const std::ios_base::failure&) { // a line that cannot be read keeps nothing
+        return false;
+    }
 }
 
 io::LastFile Records::file_of(const ordered_json& record, const Job& job) const {
