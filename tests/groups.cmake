@@ -16,7 +16,7 @@ set(all_only_files bench_cheapest cli_memory contract ssao_scene)
 # Groups of slow cases that scripts/test leaves to --ci, or to --all: each takes more than half a minute where no kernel is
 # compiled yet.
 set(ci_only_groups contract_slow normals_slow regimes_slow)
-set(all_only_groups cli_memory_slow cli_resume_slow io_ranking_slow)
+set(all_only_groups cli_memory_slow cli_resume_slow io_ranking_slow real_ssao_exhaustive)
 
 # Sets a variable to the specification of a tier, narrowed to a file by its tag. The four hold every case once.
 function(spec_of variable tier file)

@@ -64,6 +64,7 @@ Bytes encoded(const fs::path& file, const cv::Mat& image, const Coding& coding) 
     REQUIRE(TIFFReadRawStrip(tiff, 0, bytes.data(), static_cast<tmsize_t>(bytes.size())) ==
             static_cast<tmsize_t>(bytes.size()));
     TIFFClose(tiff);
+    fs::remove(file); // to write into a file that is there makes some disks wait
     return bytes;
 }
 
@@ -71,6 +72,7 @@ Bytes encoded(const fs::path& file, const cv::Mat& image, const Coding& coding) 
 fs::path misfit(const TempFolder& folder, const cv::Mat& image, const Coding& coding, cv::Size piece, bool tiled,
                 cv::Size more) {
     const fs::path file = folder / "misfit.tif";
+    fs::remove(file);
     TIFF* tiff = begun_tiff(file, image.size(), coding.type, coding.format(),
                             coding.form(static_cast<std::uint32_t>(piece.height), tiled));
     std::uint32_t i = 0;
