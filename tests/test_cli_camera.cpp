@@ -91,6 +91,9 @@ TEST_CASE("camera program: a calibration and a preset are the camera file that t
         }
     }
     check_done({"inspect", depth, "--camera", camera, "--preset", "kinect"});
+    // A preset takes the place of what is no projection at all.
+    check_done({"camera", put_text(folder, "list.json", R"({"encoding": "view-z", "perspective": [1, 2]})"), "--preset",
+                "fov_x_deg=45"});
 }
 
 TEST_CASE("camera program: without --camera the header of the depth is the camera") {

@@ -195,6 +195,8 @@ TEST_CASE("show makes a picture of each frame that a name stands for") {
                 folder / "out/depth/"});
     const Outcome beside = check_done({"show", folder / "out/depth/z.*", "--range", "0:9"});
     CHECK(std::count(beside.out.begin(), beside.out.end(), '\n') == 3);
+    check_refused({"show", folder / "out/depth/z.0002.exr.fathom.json", folder / "out/depth/z.0007.exr.fathom.json"}, 1,
+                  "is a record of --resume");
     fs::remove_all(folder / "out/depth");
     check_refused({"show", folder / "z.####.exr", "-o", folder / "out/one.png"}, 2, "give a folder");
     check_refused({"show", folder / "nix.####.exr"}, 1, "nix.####.exr: no frame of this name is there");

@@ -56,6 +56,7 @@ TEST_CASE("memory: the least limit of the control group and those around it, of 
         {"0::/a/b\n", {{"a/b/memory.max/folder", ""}}},
         {"0:/a/b", {{"a/b/memory.max", "67108864\n"}}},
         {"0::/docker/c\n", {{"memory.max", "67108864\n"}}, 64}, // a container that sees its path from outside
+        {"0::/docker/c/job\n", {{"memory.max", "67108864\n"}, {"job/memory.max", "33554432\n"}}, 32},
         // Version 1: its word for no limit is a number.
         {"4:memory:/slurm/uid_0/job_7\n", {{"memory/" + job + "limit_in_bytes", "67108864\n"}}, 64},
         {"4:cpu,memory:/slurm/uid_0/job_7\n", {{"memory/" + job + "limit_in_bytes", "67108864\n"}}, 64},

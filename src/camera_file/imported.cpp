@@ -60,7 +60,7 @@ void override(json& keys, json by) {
         if (inside && !keys.contains(key))
             by.erase(key);
     }
-    keys.update(by, true);
+    merge(keys, by);
 }
 
 /// The only one of the names that is called like this file, whatever folders it lies in: "a.jpg" for a.jpg,

@@ -69,6 +69,14 @@ bool are_numbers(const json& list) {
     return list.is_array() && std::ranges::all_of(list, [](const json& each) { return each.is_number(); });
 }
 
+void merge(json& keys, const json& by) {
+    for (const auto& [key, value] : by.items())
+        if (value.is_object() && keys.contains(key) && keys[key].is_object())
+            keys[key].update(value);
+        else
+            keys[key] = value;
+}
+
 json parsed_json(const std::filesystem::path& file, std::span<const unsigned char> bytes) {
     Checked checked(file);
     const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());

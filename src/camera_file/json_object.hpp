@@ -24,6 +24,9 @@ std::string shown(const nlohmann::json& value);
 /// Is it a list of numbers only?
 bool are_numbers(const nlohmann::json& list);
 
+/// Gives an object the keys of another, and so its objects, of which both keep what only one has.
+void merge(nlohmann::json& keys, const nlohmann::json& by);
+
 /// A JSON object whose keys are known. Whatever is not as it should be is refused with the file, the key, its value
 /// and what would be right.
 class JsonObject {

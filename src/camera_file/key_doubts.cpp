@@ -1,4 +1,6 @@
 // Keys of a camera file that can be decoded, but that hardly anybody means.
+#include "json_object.hpp"
+
 #include "text.hpp"
 
 #include <fathom/camera_file.hpp>
@@ -91,7 +93,7 @@ std::vector<std::string> key_doubts(const std::string& camera_file, int width, i
         if (!keys.contains("preset") || keys["preset"] != preset.name)
             continue;
         all = json::parse(preset.keys);
-        all.update(keys, true); // the preset's lens may have ends of its own
+        io::merge(all, keys); // the preset's lens may have ends of its own
         if (preset.is_distorted && !keys.contains("lens") && !keys.contains("raw_lens"))
             said.push_back(text("the depth of \"", preset.name,
                                 "\" has the distortion of its lens, and the camera has no \"lens\"; give the "

@@ -39,9 +39,12 @@ std::size_t usable_memory(const fs::path& root) {
         const std::string controllers = "," + line.substr(first + 1, next - first - 1) + ",";
         if (!second && controllers.find(",memory,") == std::string::npos)
             continue;
-        // A container may see the group's path from outside, and only the group itself within.
+        // A container may see the group's path from outside, and only a group of its own and those in it within.
         const fs::path mounted = root / (second ? "sys/fs/cgroup" : "sys/fs/cgroup/memory");
-        for (fs::path folder = fs::path(line.substr(next + 1)).relative_path();; folder = folder.parent_path()) {
+        std::string group = fs::path(line.substr(next + 1)).relative_path();
+        for (std::error_code unknown; !group.empty() && !fs::exists(mounted / group, unknown);)
+            group.erase(0, std::min(group.find('/'), group.size() - 1) + 1);
+        for (fs::path folder = group;; folder = folder.parent_path()) {
             memory = limit_in(mounted / folder / (second ? "memory.max" : "memory.limit_in_bytes"), memory);
             if (folder.empty())
                 break;

@@ -24,6 +24,7 @@ std::string like(const std::string& name, const std::vector<Layer>& layers) {
 
 Layer choose(const std::filesystem::path& file, const std::vector<Channel>& channels, const std::string& wanted) {
     std::vector<Layer> layers = io::layers_of(channels, {"RGB"});
+    std::erase_if(layers, [](const Layer& layer) { return layer.channels[0].starts_with('.'); }); // no layer's, nor R
     if (wanted.empty()) // results that --append has written for Blender
         std::erase_if(layers, [](const Layer& layer) { return layer.name.starts_with("Fathom."); });
     const Layer* best = io::layer_of(layers, wanted, {"", "combined", "beauty", "rgba", "rgb", "color", "colour"});

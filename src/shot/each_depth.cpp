@@ -524,8 +524,16 @@ int each_depth(Task& task) {
         {.threads = task.device.threads, .apart = apart, .memory = task.memory, .stop = [&] {
              return is_interrupted() || (pipes.any() && !pipes.next());
          }});
+    std::size_t told = begun;
+    if (!pipes.of_depth() &&
+        std::ranges::all_of(jobs.begin() + static_cast<std::ptrdiff_t>(begun), jobs.end(), &Job::left_out))
+        for (; told < jobs.size(); ++told) { // nothing of them was to be made
+            Work left_out;
+            left_out.frame = jobs[told];
+            telling.tell(left_out, nullptr);
+        }
     const bool complete = telling.sum_up();
-    if (begun < most)
+    if (told < most)
         stop_if_interrupted();
     pipes.check_end(most);
     return complete ? done : input_failed;

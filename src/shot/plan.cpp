@@ -26,6 +26,8 @@ const std::vector<Input>& Inputs::all() const {
         for (const std::string& argument : arguments)
             if (arguments.size() == 1 || !argument.ends_with(record_ending)) // of a shell's *
                 add(argument);
+    if (all_.empty() && !arguments.empty())
+        throw Error(arguments.front() + ": is a record of --resume, and no image; name the results");
     return all_;
 }
 
@@ -81,11 +83,13 @@ void Inputs::add(const std::string& argument) const {
 }
 
 void Inputs::add_files(const std::string& argument, std::vector<std::string> files) const {
+    const bool had_some = !files.empty();
     std::erase_if(files, [](const std::string& file) { // which Fathom has laid beside a result
         return file.ends_with(show_ending) || file.ends_with(record_ending);
     });
     if (files.empty())
-        throw Error(argument + ": stands for no image; check the name");
+        throw Error(argument + (had_some ? ": holds only what Fathom has laid beside results; name the results"
+                                         : ": stands for no image; check the name"));
     const auto common = FramePattern::common(files);
     if (frames && !common)
         throw UsageError(fmt::format("--frames: {} holds more than one sequence; give the name of one, as in "

@@ -502,6 +502,7 @@ void Telling::tell_left_out(const Job& job) {
          {"input", job.input.native()},
          {"frame", *job.frame},
          {"missing", job.missing.native()}});
+    progress_.show();
 }
 
 void Telling::tell(const Work& work, const std::exception_ptr& failure) {

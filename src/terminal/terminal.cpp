@@ -191,6 +191,13 @@ void Progress::hide() {
     shown_ = false;
 }
 
+void Progress::show() {
+    if (!bar_ || text_.empty())
+        return;
+    write_to_stderr("\r\x1b[K" + text_.substr(0, columns() - 1));
+    shown_ = true;
+}
+
 void Progress::advance() {
     const auto now = std::chrono::steady_clock::now();
     ++done_;
@@ -201,16 +208,14 @@ void Progress::advance() {
     // The first frame is slow: kernels are compiled and nothing overlaps yet.
     const double passed = std::chrono::duration<double>(now - (done_ > 1 ? first_ : start_)).count();
     const double rate = static_cast<double>(std::max<std::size_t>(done_ - 1, 1)) / std::max(passed, 1e-9);
-    const std::string text = fmt::format("{} of {}  {:.3g} frames/s  {} left", done_, count_, rate,
-                                         in_minutes(static_cast<double>(count_ - done_) / rate));
+    text_ = fmt::format("{} of {}  {:.3g} frames/s  {} left", done_, count_, rate,
+                        in_minutes(static_cast<double>(count_ - done_) / rate));
     if (openjd_) {
         fmt::print("openjd_progress: {:.1f}\nopenjd_status: {}\n",
-                   100 * static_cast<double>(done_) / static_cast<double>(count_), text);
+                   100 * static_cast<double>(done_) / static_cast<double>(count_), text_);
         flush_output();
-        return;
     }
-    write_to_stderr("\r\x1b[K" + text.substr(0, columns() - 1));
-    shown_ = true;
+    show();
 }
 
 // How the program is asked to end. A thread waits for signals and sets a flag, which is tested between two steps of the work.

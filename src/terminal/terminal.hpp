@@ -103,8 +103,9 @@ public:
     Progress(const Progress&) = delete;
     Progress& operator=(const Progress&) = delete;
 
-    /// Makes place for other lines.
+    /// Makes place for other lines, and comes back.
     void hide();
+    void show();
 
     /// One more input is done, and its lines are printed.
     void advance();
@@ -112,6 +113,7 @@ public:
 private:
     std::size_t count_, done_ = 0;
     bool bar_ = false, openjd_ = false, shown_ = false;
+    std::string text_ = {};
     std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now(), first_ = {};
 };
 
