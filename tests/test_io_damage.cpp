@@ -42,6 +42,24 @@ std::vector<fs::path> samples(const TempFolder& folder) {
 
 } // namespace
 
+TEST_CASE("damage: what holds images in something else is named, with a way to take them out", "[io]") {
+    const TempFolder folder;
+    const auto check = [&](const char* name, std::string bytes, const std::vector<std::string>& words) {
+        bytes.resize(4096); // zeros
+        const auto file = put(folder / name, bytes);
+        check_says([&] { read_depth(file); }, words);
+        check_says([&] { read_color(file); }, words);
+    };
+    check("d.npy.gz", "\x1f\x8b\x08", {"gzip", "gunzip"});
+    check("d.hdf5", "\x89HDF\r\n\x1a\n", {"HDF5", "h5py"});
+    check("d.mkv", "\x1a\x45\xdf\xa3", {"Matroska", "ffmpeg"});
+    check("d.bag", "#ROSBAG V2.0\n", {"rosbag", "cv_bridge"});
+    check("d.png", std::string(12, '\0') + "\x89PNG\r\n\x1a\n", {"compressedDepth", "12 bytes"});
+    check("d.mp4", std::string(3, '\0') + "\x18" + "ftypisom", {"video", "16-bit .png"});
+    check("d.dpt", "PIEH", {"Sintel", "numpy.fromfile"});
+    check("d.raw", "BT\x8f@", {"is no image", "raw floats with no header"});
+}
+
 TEST_CASE("damage: files that cannot be read say why", "[io]") {
     const TempFolder folder;
     check_says([&] { read_depth(folder / "none.exr"); }, {"none.exr: there is no such file"});

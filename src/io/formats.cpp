@@ -102,6 +102,43 @@ std::uint64_t most_bytes(const std::string& head) {
     return most < 0x1p63 ? static_cast<std::uint64_t>(most) : unknown; // too many pixels are refused later
 }
 
+/// What a file is that holds images in something else, by how it begins, and how to take them out.
+struct Container {
+    std::string_view beginning;
+    const char* what;
+    std::size_t at = 0;
+};
+constexpr Container containers[] = {
+    {"\x1f\x8b", "is packed with gzip; unpack it first (gunzip)"},
+    {"\x28\xb5\x2f\xfd", "is packed with Zstandard; unpack it first (unzstd)"},
+    {"\xfd\x37zXZ", "is packed with xz; unpack it first (unxz)"},
+    {"BZh", "is packed with bzip2; unpack it first (bunzip2)"},
+    {"\x89HDF", "is HDF5; save the array that holds depth as .npy (h5py and numpy.save)"},
+    {"MATLAB 5", "is a MATLAB file; save the array that holds depth as .npy (scipy.io.loadmat and numpy.save)"},
+    {"SIMPLE  =", "is FITS; save the image that holds depth as .npy (astropy and numpy.save)"},
+    {"PAR1", "is Parquet, a table; save the column that holds depth as .png or .npy, a file each frame"},
+    {"PK\x03\x04", "is a ZIP archive and no .npz; unpack it first (unzip)"},
+    {"\x1a\x45\xdf\xa3",
+     "is a Matroska or WebM video; save its depth as 16-bit .png, a file each frame (ffmpeg, mkvextract)"},
+    {"ftyp", "is a video or an HEIF picture; save its depth as 16-bit .png or .tif", 4},
+    {"RIFF", "is a WebP picture or an AVI video; save its depth as 16-bit .png"},
+    {"#ROSBAG", "is a rosbag; save its depth messages as 16-bit .png or .npy, a file each frame (cv_bridge)"},
+    {"\x89MCAP", "is an MCAP recording; save its depth messages as 16-bit .png or .npy, a file each frame"},
+    {"\x89PNG", "is the message of ROS's compressedDepth, with 12 bytes before a PNG; save what follows them as .png",
+     12},
+    {"# .PCD", "is a point cloud (PCD), not a depth image; save the depth image that it was made of"},
+    {"ply\n", "is a point cloud or a mesh (PLY), not a depth image; save the depth image that it was made of"},
+    {"DR", "is OpenMVS's .dmap; read it with its script MvsUtils.py and save its depth with numpy.save"},
+    {"PIEH", "is Sintel's .dpt: raw floats behind 12 bytes; save them as .npy (numpy.fromfile with offset=12)"}};
+
+/// Throws: Error for a file that is one of these.
+void refuse_containers(const std::filesystem::path& file, const Bytes& head) {
+    const std::string_view text(reinterpret_cast<const char*>(head.data()), head.size());
+    for (const auto& [beginning, what, at] : containers)
+        if (text.substr(std::min(at, text.size())).starts_with(beginning))
+            refuse(file, what);
+}
+
 } // namespace
 
 PictureFile read_image(const std::filesystem::path& file, const Wanted& wanted, const ReadOptions& options) {
@@ -122,8 +159,10 @@ PictureFile read_image(const std::filesystem::path& file, const Wanted& wanted, 
     if (!begin.starts_with("#?") || wanted.is_picture)
         if (auto image = read_by_opencv(file, bytes, options.as_counted))
             return std::move(*image);
+    refuse_containers(file, bytes);
     refuse(file, std::string("is no image that holds ") + wanted.what + ", or its beginning is damaged; " +
-                     wanted.what + " can be read from " + wanted.formats);
+                     wanted.what + " can be read from " + wanted.formats +
+                     "; raw floats with no header become an .npy by numpy.fromfile, reshape and numpy.save");
 }
 
 cv::Mat read_exr_floats(const std::filesystem::path& file, const std::vector<std::string>& channels, const char* what,

@@ -87,6 +87,9 @@ void Inputs::add_files(const std::string& argument, std::vector<std::string> fil
     std::erase_if(files, [](const std::string& file) { // which Fathom has laid beside a result
         return file.ends_with(show_ending) || file.ends_with(record_ending);
     });
+    const auto has = [&](const char* name) { return std::filesystem::exists(std::filesystem::path(argument) / name); };
+    if (files.empty() && (has(".zarray") || has(".zgroup") || has("zarr.json")))
+        throw Error(argument + ": is zarr; save the array that holds depth as .npy (zarr.open and numpy.save)");
     if (files.empty())
         throw Error(argument + (had_some ? ": holds only what Fathom has laid beside results; name the results"
                                          : ": stands for no image; check the name"));
