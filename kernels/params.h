@@ -114,12 +114,12 @@ typedef struct {
     float lowest, highest;  // stored values that can be a surface
     float least_depth;      // z must be greater: 0 under a perspective
     float background_depth; // what a background pixel becomes
-    u32 background;         // its stored bits
-    u32 background_mask;    // all ones, or 0 where no value means background
+    u32 background;         // its stored bits; 1 where no value means background
+    u32 background_mask;    // of a value's bits that are compared with it: all, all but a 0's sign, or none
     float farther;          // the background, too: farther v >= background_from; NaN where none is
     float background_from;
-    u32 missing;            // stored bits of what was not measured
-    u32 missing_mask;       // all ones, or 0 where no value means that
+    u32 missing;            // likewise of what was not measured
+    u32 missing_mask;
     u32 has_special;        // are there values of background_from or missing?
     u32 code_shift;         // uint24: bits below the code
     u32 byte_weights[3];    // rgb8

@@ -8,6 +8,8 @@ import _fathom
 
 COMMON = """
 ignore: an image of the depth's size, of any dtype: pixels that are not 0 there do not count, as if they were invalid.
+edges: with sharpen each pixel where depth ramps from one surface to the next gets the depth of one of the two, by `color` if there is
+one; exact depth stays as it is (keep or sharpen; default: keep, and sharpen for relative depth).
 storage: how elements hold depth, if their dtype and the camera's packing do not say it. out: where the result goes; its rows
 may be any distance apart, its columns not. device: a fathom.Device, or "cpu", "gpu", one of devices(), its index, or a
 part of a name. If depth is a fathom.Image, the result is one, too, and nothing is waited for.
@@ -42,7 +44,7 @@ def _fields(kind, made):
 """
 
 PIXELS = "Array | Image"
-MORE = {"ignore": PIXELS, "storage": "Storage", "out": f"{PIXELS} | tuple", "device": "Device | DeviceInfo | str | int"}
+MORE = {"ignore": PIXELS, "edges": "Literal['keep', 'sharpen']", "storage": "Storage", "out": f"{PIXELS} | tuple", "device": "Device | DeviceInfo | str | int"}
 
 
 def type_of(option):

@@ -218,6 +218,7 @@ TEST_CASE("pipes: relative depth, animated values and warnings go with them", "[
     for (int i = 1; i <= frames; ++i)
         expected += raw<uchar>(rgb(cv::imread(numbered(shot.folder / "r.", i, ".png"), cv::IMREAD_UNCHANGED)));
     const Outcome piped = shot.piped(joined({"dof", "-", "--color", shot.folder / "c.####.png", "-o", "-"}, blur));
+    CAPTURE(piped.err);
     CHECK(piped.code == 0);
     CHECK(content(shot.out) == expected);
     CHECK(contains(piped.err, "warning: standard input, frame 1: its values take ")); // of all 16 bits

@@ -150,7 +150,7 @@ TEST_CASE("doubts: mistakes are told of an image and of a sample of it, and what
 
     auto sky = metres;
     std::fill_n(sky.begin(), sky.size() / 4, 1e10f);
-    check_told(camera_of(Encoding::view_z), host(sky, Storage::float32), "25 % of the pixels hold 1e+10");
+    check_told(camera_of(Encoding::view_z), host(sky, Storage::float32), "% of the pixels hold 1e+10");
     std::fill_n(sky.begin(), sky.size() / 4, std::numeric_limits<float>::infinity());
     check_silent(camera_of(Encoding::view_z), host(sky, Storage::float32));
 
@@ -173,7 +173,7 @@ TEST_CASE("doubts: units that no source of metres or millimetres has are told", 
     check_told(millimetres, host(image<std::uint16_t>([](double z) { return 20 * z; }), Storage::uint16),
                "nearer than such cameras see");
     check_told(millimetres, host(image<std::uint16_t>([](double z) { return 5000 * z; }), Storage::uint16),
-               "0.0002 if they are those of TUM");
+               "if the values are those of TUM, say \"scale\": 0.0002");
     check_silent(millimetres,
                  host(image<std::uint16_t>([](double z) { return 2000 * z; }), Storage::uint16)); // to 20 m
     // No advice is the scale that the source has, and what is advised helps.
@@ -187,17 +187,22 @@ TEST_CASE("doubts: units that no source of metres or millimetres has are told", 
         REQUIRE(said.size() == 1);
         INFO(scale << ": " << said.front());
         CHECK(says(said, "where this source sees little"));
-        std::ostringstream own;
-        own << ' ' << scale << ' ';
-        CHECK_FALSE(says(said, own.str()));
+        const auto advice = [](double each) {
+            std::ostringstream advised;
+            advised << "say \"scale\": " << each;
+            return advised.str();
+        };
+        const auto is_advised = [&](double each) {
+            const std::string words = said.front() + ";";
+            return words.find(advice(each) + ";") != std::string::npos;
+        };
+        CHECK_FALSE(is_advised(scale));
         bool is_any = false;
         for (const double other : {0.01, 0.001, 0.0002, 0.0001}) {
-            std::ostringstream advised;
-            advised << ' ' << other << ' ';
             const double median = 12 * (1 / 0.3) * other / scale; // of the slanted plane
             const bool helps = other != scale && median <= 10;
             is_any |= helps;
-            CHECK(says(said, advised.str()) == helps);
+            CHECK(is_advised(other) == helps);
         }
         CHECK(says(said, "how many metres it has") == !is_any);
     }
@@ -218,7 +223,8 @@ TEST_CASE("doubts: units that no source of metres or millimetres has are told", 
         std::fill_n(wall.begin() + y * width + width / 3, width / 5, std::uint16_t{4175});
     check_silent(millimetres, host(wall, Storage::uint16));
     metres.usual_metres = 50;
-    check_told(metres, host(image<float>([](double z) { return 100 * z; }), Storage::float32), "0.01 centimetres");
+    check_told(metres, host(image<float>([](double z) { return 100 * z; }), Storage::float32),
+               "if the values are centimetres, say \"scale\": 0.01");
     Camera bytes = millimetres;
     check_told(bytes, host(image<std::uint8_t>([](double z) { return 25 * z; }), Storage::uint8), "end at 0.255");
     bytes.scale = 0.02;
@@ -275,7 +281,7 @@ TEST_CASE("doubts: a sample where nothing was measured does not speak for the im
     const std::vector<std::string> said = depth_doubts(camera, host(values, Storage::float32));
     REQUIRE(said.size() == 1);
     CHECK(said.front().find("all of its values are NaN") != std::string::npos);
-    CHECK(depth_doubts_of_sample(camera, host(values, Storage::float32)).empty());
+    CHECK(depth_doubts_of_sample(camera, host(values, Storage::float32)) == said);
     values[7] = 3;
     check_silent(camera, host(values, Storage::float32));
 }
@@ -380,10 +386,10 @@ TEST_CASE("doubts: numbers that are no depth are told with their key, unless the
                1,
                Storage::float32,
                metres,
-               {0, 255, 10000, 65520, 32768, 9999},
-               {-9999, 11, 300, 12345}},
+               {0, 255, 300, 10000, 65520, 32768, 9999, -9999, -1},
+               {11, 12345}},
           {Encoding::view_z, 0.001, Storage::uint16, millimetres, {0, 65535, 65520, 32767}, {9999, 10000, 12000}},
-          {Encoding::ray_distance, 1, Storage::float32, metres, {1000, 1e6}, {100}},
+          {Encoding::ray_distance, 1, Storage::float32, metres, {100, 1000, 1e6}, {11}},
           {Encoding::inverse, 400, Storage::uint16, disparity, {0, 65520, 65535, 4095}, {260}},
           {Encoding::inverse, 400, Storage::float32, disparity, {65535}, {0}}})
         for (const bool is_number : {true, false})
@@ -433,8 +439,7 @@ TEST_CASE("doubts: numbers that are no depth are told with their key, unless the
     camera.missing.reset();
     const auto white_near = [](double z) { return std::round((60 - z) / 59 * 65535); };
     camera.encoding = Encoding::linear;
-    CHECK(told(with(0, white_near), Storage::uint16).find("near is white: exchange \"near\" and \"far\"") !=
-          std::string::npos);
+    CHECK(told(with(0, white_near), Storage::uint16).find("near is white, say \"near\": ") != std::string::npos);
     camera.encoding = Encoding::inverse_range; // which has no far plane before the near one
     camera.depth_range = {1, 0};
     const auto inverse_range = [](double z) { return std::round((1 / z - 1 / 60.0) / (1 - 1 / 60.0) * 65535); };
@@ -715,4 +720,120 @@ TEST_CASE("doubts: three bytes in the other order are told, and in the right one
                 CHECK(says(depth_doubts(camera, stored), is_high ? "\"rgb-high-first\"" : "\"rgb-low-first\"") ==
                       (is_high != as_high));
             }
+}
+
+TEST_CASE("doubts: a cure that is told makes the right depth", "[doubts]") {
+    const auto described = [](Encoding encoding, double near, double far) {
+        Camera camera = camera_of(encoding, room_width, room_height);
+        camera.projection = perspective(1.0472, 4.0 / 3, {near, far});
+        camera.near_plane = near;
+        camera.far_plane = far;
+        return camera;
+    };
+    // A floor, a ceiling and walls, none of them seen straight on: how far a camera of 280 pixels sees along its axis.
+    const auto corner = [](int x, int y) {
+        const double right = (x + 0.5 - 160) / 208, down = (y + 0.5 - 120) / 208; // 60 degrees down
+        return std::min({1.2 / std::max(down, 1e-9), 2.4 / std::max(-down, 1e-9),
+                         1 / std::max(0.15 + 0.2 * right + 0.05 * down, 1e-9), 1 / std::max(0.2 - 0.25 * right, 1e-9)});
+    };
+    const auto told = [](const Camera& camera, const std::vector<float>& values, const std::string& words) {
+        const std::vector<std::string> said = depth_doubts(camera, host(values, Storage::float32, room_width));
+        INFO(words << ": " << (said.empty() ? "" : said.front()));
+        CHECK((said.size() == 1 && said.front().find(words) != std::string::npos));
+    };
+    const auto stored = [&](const auto& formula) {
+        return room_image<float>([&](double, int x, int y) { return formula(corner(x, y)); });
+    };
+    const auto linear = [](double z) { return (z - 1) / 39; };
+    const auto display = [](double v) { return v <= 0.0031308 ? 12.92 * v : 1.055 * std::pow(v, 1 / 2.4) - 0.055; };
+    told(described(Encoding::linear, 1, 40), stored([&](double z) { return display(linear(z)); }),
+         "say \"gamma\": \"srgb\"");
+    told(described(Encoding::linear, 1, 40), stored([&](double z) { return std::pow(linear(z), 2); }),
+         "say \"gamma\": 0.5");
+    told(described(Encoding::linear, 1, 40), stored([&](double z) { return std::log(z) / std::log(40); }),
+         "say \"encoding\": \"exponential\"");
+    told(described(Encoding::window, 0.5, 40), stored([](double z) { return (z - 0.5) / 39.5; }),
+         "say \"encoding\": \"linear\"");
+    Camera cesium = described(Encoding::logarithmic, 1, 5000);
+    cesium.near_plane.reset();
+    told(cesium, stored([](double z) { return std::log(z - 1 + 1) / std::log(5001); }),
+         "logarithms of distances from a near plane on, at 1.0"); // which a few windows know to some percent
+    // Distances along the rays of another view.
+    Camera shifted = described(Encoding::ray_distance, 1, 40);
+    shifted.projection =
+        perspective({.fx = 280, .fy = 280, .cx = 160, .cy = 175, .width = room_width, .height = room_height}, {1, 40},
+                    {.view_axes = ViewAxes::opencv});
+    const PixelRays rays(shifted);
+    std::vector<float> along;
+    for (int y = 0; y < room_height; ++y)
+        for (int x = 0; x < room_width; ++x) {
+            const Eigen::Vector3d ray = *rays.ray_of(x + 0.5, y + 0.5);
+            along.push_back(static_cast<float>(std::min({1.2 / std::max(ray.y(), 1e-9), 5.0 / ray.z(),
+                                                         2.0 / std::abs(ray.x()), 1.5 / std::max(-ray.y(), 1e-9)})));
+        }
+    check_silent(shifted, host(along, Storage::float32, room_width));
+    Camera plain = shifted;
+    plain.projection =
+        perspective({.fx = 280, .fy = 280, .cx = 160, .cy = 120, .width = room_width, .height = room_height}, {1, 40},
+                    {.view_axes = ViewAxes::opencv});
+    told(plain, along, "whose axis meets pixel 160, 175");
+}
+
+TEST_CASE("doubts: codes in another order, and with flags, are told with their packing", "[doubts]") {
+    Camera camera = camera_of(Encoding::view_z, room_width, room_height);
+    camera.scale = 0.001;
+    std::mt19937 random(8);
+    std::normal_distribution<double> noise;
+    for (const double part : {0.0, 0.002, 0.01}) {
+        auto right = room_image([&](double z, int, int) { return std::round(400 * z * (1 + part * noise(random))); });
+        auto swapped = right, flagged = right;
+        for (std::size_t i = 0; i < right.size(); ++i) {
+            swapped[i] = std::rotl(right[i], 8);
+            flagged[i] = static_cast<std::uint16_t>(right[i] | (i / 40 % 8) << 13);
+        }
+        INFO("noise of " << part);
+        const auto said = [&](const std::vector<std::uint16_t>& codes) {
+            return depth_doubts(camera, host(codes, Storage::uint16, room_width));
+        };
+        CHECK(said(right) == std::vector<std::string>{});
+        CHECK(says(said(swapped), "say \"packing\": \"uint16-swapped\""));
+        if (part < 0.01)
+            CHECK(says(said(flagged), "say \"packing\": \"uint13\""));
+    }
+    // Bytes that count to 254, of which 256 would be the next.
+    std::vector<std::uint8_t> bytes;
+    for (const double v : room_image<double>([](double z, int, int) { return z / 25; })) {
+        const auto code = static_cast<std::uint32_t>(v * 255 * 255 * 255);
+        for (const std::uint32_t digit : {code / 65025, code / 255 % 255, code % 255})
+            bytes.push_back(static_cast<std::uint8_t>(digit));
+    }
+    Camera linear = camera_of(Encoding::linear, room_width, room_height);
+    linear.near_plane = 0;
+    linear.far_plane = 25;
+    CHECK(says(depth_doubts(linear, {bytes.data(), room_width, room_height, room_width * 3, Storage::rgb8_red_high}),
+               "\"packing\": \"base-255\""));
+}
+
+TEST_CASE("doubts: a range that was cut off is told, and walls are not", "[doubts]") {
+    const auto cut = [](double end) {
+        return room_image<float>([&](double z, int, int y) { return y < 100 ? end : std::min(z, 7.0); });
+    };
+    const Camera camera = camera_of(Encoding::view_z, room_width, room_height);
+    const auto said = [&](double end) { return depth_doubts(camera, host(cut(end), Storage::float32, room_width)); };
+    CHECK(says(said(20), "\"background_from\": 20"));
+    CHECK(said(20.4) == std::vector<std::string>{});
+    CHECK(said(8) == std::vector<std::string>{});
+}
+
+TEST_CASE("doubts: one image is like another of its size, type and range", "[doubts]") {
+    const auto metres = image<float>([](double z) { return z; }), twice = image<float>([](double z) { return 2 * z; }),
+               millimetres = image<float>([](double z) { return 1000 * z; }),
+               none = image<float>([](double) { return 0.0; });
+    const auto sketch = [](const std::vector<float>& values) { return sketch_of(host(values, Storage::float32)); };
+    CHECK(are_alike(sketch(metres), sketch(twice)));
+    CHECK_FALSE(are_alike(sketch(metres), sketch(millimetres)));
+    CHECK_FALSE(are_alike(sketch(metres), sketch(none)));
+    CHECK(are_alike(sketch(none), sketch(none)));
+    const auto codes = image<std::uint16_t>([](double z) { return z; });
+    CHECK_FALSE(are_alike(sketch(metres), sketch_of(host(codes, Storage::uint16))));
 }

@@ -143,6 +143,8 @@ TEST_CASE("form: stored_depth is the inverse of view_depth", "[form]") {
             cameras.push_back(along_ray);
     }
     cameras.push_back(encoded(Encoding::ray_distance, tilted(plain)));
+    cameras.push_back(encoded(Encoding::logarithmic));
+    cameras.back().from_near_plane = true;
 
     Real worst = 0;
     for (const Camera& camera : cameras)
@@ -232,7 +234,8 @@ TEST_CASE("form: a camera that cannot be decoded says why", "[form]") {
     says([&](Camera& c) { c.depth_range = {nan, 1}; }, "depth_range = [nan, 1]");
     says([](Camera& c) { c.offset = 1; }, "offset is for the inverse encoding, not for the window encoding");
     says([](Camera& c) { c.along = Along::ray; }, "along = ray is for linear, inverse and inverse-range");
-    says([](Camera& c) { c.from_near_plane = true; }, "from_near_plane is for the ray-distance encoding");
+    says([](Camera& c) { c.from_near_plane = true; },
+         "from_near_plane is for the ray-distance and logarithmic encodings");
     says([](Camera& c) { c.background = 2, c.missing = 2; }, "missing and background are both 2");
     says([&](Camera& c) { c.missing = nan; }, "missing must be a number");
     says([&](Camera& c) { c.background_from = nan; }, "background_from must be a number");
@@ -248,4 +251,18 @@ TEST_CASE("form: a camera that cannot be decoded says why", "[form]") {
     says([](Camera& c) { c.encoding = Encoding::logarithmic, c.far_plane = 0; }, "far = 0 must be above 0");
     says([](Camera& c) { c.encoding = Encoding::exponential, c.near_plane = 0; }, "must satisfy 0 < near < far");
     says([](Camera& c) { c.projection.matrix.row(2) = c.projection.matrix.row(3); }, "the projection is singular");
+}
+
+TEST_CASE("form: logarithmic depth may begin at the near plane, as Cesium's does", "[form]") {
+    Camera camera = encoded(Encoding::logarithmic);
+    camera.near_plane = 0.5;
+    camera.far_plane = 80; // beyond it
+    camera.log_c = 2;
+    camera.from_near_plane = true;
+    for (const double v : {0.0, 0.1, 0.5, 1.0}) {
+        const double z = 0.5 + (std::pow(2 * 80 + 1, v) - 1) / 2;
+        CHECK(static_cast<double>(view_depth(camera, Storage::float32, 3, 4, v)) == Approx(z).epsilon(1e-15));
+    }
+    camera.near_plane.reset();
+    CHECK_THROWS_WITH(depth_form(camera), ContainsSubstring("near"));
 }

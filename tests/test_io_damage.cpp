@@ -171,11 +171,8 @@ TEST_CASE("damage: sizes that a file cannot hold are refused before memory is as
 }
 
 TEST_CASE("damage: what is listed or compared is bounded in number and in time", "[io]") {
-#ifdef __SANITIZE_ADDRESS__
-    constexpr double most = 20; // seconds: AddressSanitizer makes allocations about ten times slower
-#else
-    constexpr double most = 2; // what compares each with each takes minutes
-#endif
+    // Seconds: what compares each with each takes minutes, and AddressSanitizer makes allocations about ten times slower.
+    const double most = places::sanitized ? 20 : 2;
     const TempFolder folder;
     const auto says = [&](const fs::path& file, const std::function<void()>& read, const std::string& part) {
         const std::clock_t begin = std::clock(); // of the processor: others use it, too

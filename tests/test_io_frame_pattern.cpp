@@ -41,6 +41,15 @@ TEST_CASE("frame patterns: a zero has no minus, which its name would lose") {
     CHECK(FramePattern::of("shot.-01.exr")->second == -1);
 }
 
+TEST_CASE("frame patterns: a name may have more zeros than a number has figures") {
+    const std::string file = "shot." + std::string(60, '0') + "12.exr";
+    const auto of = FramePattern::of(file);
+    REQUIRE(of);
+    CHECK(of->second == 12);
+    CHECK(of->first.name(12) == file);
+    CHECK(of->first.name(-3) == "shot.-" + std::string(60, '0') + "3.exr");
+}
+
 TEST_CASE("frame patterns: printf's and # are the same number") {
     CHECK(name("shot.%04d.exr", 7) == "shot.0007.exr");
     CHECK(name("shot.####.exr", 7) == "shot.0007.exr");

@@ -3,6 +3,8 @@
 #include "matrices.hpp"
 #include "tiff_files.hpp"
 
+#include "doubts/look.hpp"
+
 #include <fathom/io.hpp>
 #include <fathom/picture.hpp>
 
@@ -306,6 +308,40 @@ TEST_CASE("picture: floats keep their values, and codes end at 0 and 1", "[pictu
     CHECK(cv::norm(radiance.color.at<cv::Vec3f>(0, 0) - cv::Vec3f(0.5f, 2, 1)) < 0.02);
     write_picture(folder / "b.hdr", {color, {}});
     CHECK(radiance.format.bits == 32);
+}
+
+TEST_CASE("picture: near and far in a PNG's text are told where the camera has others", "[picture]") {
+    const TempFolder folder;
+    const cv::Mat codes(4, 8, CV_16UC1, cv::Scalar(30000));
+    Bytes png;
+    REQUIRE(cv::imencode(".png", codes, png));
+    const auto text = [](const std::string& keyword, const std::string& value) {
+        Bytes content(keyword.begin(), keyword.end());
+        content.push_back(0);
+        content.insert(content.end(), value.begin(), value.end());
+        return content;
+    };
+    const auto read = [&](const Bytes& bytes) { return read_depth(put(folder / "a.png", bytes)).near_and_far; };
+    CHECK(read(png) == std::array<std::optional<double>, 2>{});
+    const auto found =
+        read(with_chunk(with_chunk(png, "tEXt", text("zNear", "0.25")), "tEXt", text("Far plane", "40 ")));
+    CHECK(found == std::array<std::optional<double>, 2>{0.25, 40});
+    CHECK(read(with_chunk(png, "tEXt", text("Far", "away"))) == std::array<std::optional<double>, 2>{});
+
+    Camera camera;
+    camera.width = 8;
+    camera.height = 4;
+    camera.encoding = Encoding::window;
+    camera.projection = perspective(1, 2, {0.25, 40});
+    camera.near_plane = 0.25;
+    camera.far_plane = 40;
+    CHECK(!near_and_far_doubt(camera, found));
+    const auto doubt = near_and_far_doubt(camera, {0.1, 40});
+    REQUIRE(doubt);
+    CHECK(in_words(*doubt) ==
+          "the text of the file says other ends than the camera, which has near = 0.25; say \"near\": 0.1");
+    camera.encoding = Encoding::view_z; // which needs neither
+    CHECK(!near_and_far_doubt(camera, {0.1, 40}));
 }
 
 TEST_CASE("picture: what a file cannot hold, and what is damaged, is refused", "[picture]") {

@@ -227,8 +227,10 @@ TEST_CASE("presets: a camera file names one, and its own keys come first", "[pre
     check_says(refused(R"({"preset": "carla"})"), {"\"perspective.fov_x_deg\" is missing", "usually fov_x_deg is 90"});
     check_says(refused(R"({"preset": "gdepth-linear", "near": 1, "perspective": {"fov_x_deg": 60}})"),
                {"\"far\" is missing", "GDepth:Far"});
-    check_says(refused(R"({"preset": "carla", "encoding": "window", "perspective": {"fov_x_deg": 90}})"),
-               {"\"window\" contradicts the preset \"carla\", whose encoding is \"view-z\""});
+    const CameraFile other =
+        read(R"({"preset": "habitat", "encoding": "ray-distance", "perspective": {"fov_x_deg": 90}})");
+    CHECK(other.camera.encoding == Encoding::ray_distance);
+    CHECK(other.camera.background == 0); // the preset's
     check_says(refused(R"({"preset": 3})"), {"must be a word in quotes"});
     CHECK_NOTHROW(
         read(R"({"preset": "pybullet", "projection": [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, -1.1, -1], [0, 0, -1, 0]]})"));
@@ -469,4 +471,70 @@ TEST_CASE("presets: where values count backwards, so does the value from which o
         check_floats(std::string(preset) + ":fov_x_deg=60,scale=-1",
                      {{-2, 2}, {-300, 300}, {-65504, nothing}, {-2e10, nothing}});
     check_floats("blender:fov_x_deg=60,scale=-1", {{-2, 2}, {-300, 300}, {-1e10, nothing}, {-5, 5}});
+}
+
+TEST_CASE("presets: codes that are packed, and values that went through a curve, come back as they were", "[presets]") {
+    const TempFolder folder;
+    const fs::path file = folder / "a.png";
+    const auto codes = filled(17, 5, [](int x, int y) { return 1 + 61.0 * (17 * y + x); });
+    cv::Mat right, packed;
+    codes.convertTo(right, CV_16U);
+    const auto write = [&](const auto& pack) {
+        packed = right.clone();
+        std::ranges::transform(std::span(right.ptr<std::uint16_t>(), right.total()), packed.ptr<std::uint16_t>(), pack);
+        REQUIRE(cv::imwrite(file.string(), packed));
+    };
+    const auto is_right = [&](Packing packing) {
+        const DepthFile depth = read_depth(file, {.packing = packing});
+        return depth.storage == Storage::uint16 && cv::norm(depth.values, right, cv::NORM_INF) == 0;
+    };
+    write([](std::uint16_t code) { return std::rotl(code, 3); });
+    CHECK(is_right(Packing::uint16_rotated));
+    write([](std::uint16_t code) { return std::rotl(code, 8); });
+    CHECK(is_right(Packing::uint16_swapped));
+    write([](std::uint16_t code) { return static_cast<std::uint16_t>(code | 0x6000); });
+    CHECK(is_right(Packing::uint13));
+    CHECK(preset_file("kinect:fx=1,fy=1,cx=1,cy=1,packing=uint13").packing == Packing::uint13);
+
+    // IEC 61966-2-1, and powers, to half a step of 16 bits.
+    const auto display = [](double v) { return v <= 0.0031308 ? 12.92 * v : 1.055 * std::pow(v, 1 / 2.4) - 0.055; };
+    for (const auto& [text, curve] : std::vector<std::pair<std::string, std::function<double(double)>>>{
+             {"srgb", display}, {"2.2", [](double v) { return std::pow(v, 1 / 2.2); }}, {"0.5", [](double v) {
+                                                                                             return v * v;
+                                                                                         }}}) {
+        const auto part = [](int x, int y) { return (1.0 + 17 * y + x) / 90; };
+        filled(17, 5, [&](int x, int y) { return std::round(65535 * curve(part(x, y))); }).convertTo(packed, CV_16U);
+        REQUIRE(cv::imwrite(file.string(), packed));
+        const CameraFile camera = preset_file("encoding=linear,near=0,far=1,fov_x_deg=60,gamma=" + text);
+        const DepthFile depth = read_depth(file, {.gamma = camera.gamma});
+        INFO(text);
+        REQUIRE(depth.storage == Storage::float32);
+        for (int y = 0; y < 5; ++y)
+            for (int x = 0; x < 17; ++x) {
+                const double slope = (curve(part(x, y) + 1e-5) - curve(part(x, y) - 1e-5)) / 2e-5;
+                CHECK(std::abs(static_cast<double>(depth.values.at<float>(y, x)) - part(x, y)) <=
+                      0.51 / 65535 / slope + 1e-6);
+            }
+        CHECK(cv::norm(read_depth(file, {.gamma = camera.gamma, .as_counted = true}).values, 65535 * depth.values,
+                       cv::NORM_INF) < 0.01);
+    }
+    check_says([] { preset_file("encoding=linear,near=0,far=1,fov_x_deg=60,gamma=-1"); }, {"\"gamma\"", "above 0"});
+    check_says([] { preset_file("encoding=linear,near=0,far=1,fov_x_deg=60,gamma=rec709"); }, {"\"gamma\""});
+
+    // Unity's EncodeFloatRGBA, and its R, G and B alone.
+    for (const int channels : {3, 4}) {
+        cv::Mat bytes(5, 17, CV_8UC(channels));
+        for (int i = 0; i < 85; ++i)
+            for (int c = 0; c < channels; ++c)
+                bytes.data[channels * i + c] = static_cast<unsigned char>((i * (c + 3)) % 255);
+        REQUIRE(cv::imwrite(file.string(), bytes));
+        const DepthFile depth = read_depth(file, {.packing = Packing::base_255});
+        REQUIRE(depth.storage == Storage::float32);
+        for (int i = 0; i < 85; ++i) {
+            const unsigned char* pixel = bytes.data + channels * i;
+            const double truth = pixel[2] / 255.0 + pixel[1] / 65025.0 + pixel[0] / 16581375.0 +
+                                 (channels == 4 ? pixel[3] / 4228250625.0 : 0);
+            CHECK(depth.values.at<float>(i / 17, i % 17) == Approx(truth).epsilon(1e-6));
+        }
+    }
 }

@@ -23,9 +23,9 @@ struct Meaning {
     Along along;
 };
 
-const Meaning meanings[] = {{"\"view-z\"); are", Encoding::view_z, Along::axis},
-                            {"\"ray-distance\"", Encoding::ray_distance, Along::axis},
-                            {"\"cube\"", Encoding::view_z, Along::cube}};
+const Meaning meanings[] = {{"the view axis", Encoding::view_z, Along::axis},
+                            {"along the rays", Encoding::ray_distance, Along::axis},
+                            {"a cube's faces", Encoding::view_z, Along::cube}};
 
 Camera with(Camera camera, const Meaning& meaning) {
     camera.encoding = meaning.encoding;

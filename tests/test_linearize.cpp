@@ -223,6 +223,27 @@ TEST_CASE("linearize: what was not measured is invalid, and from background_from
         .image.download(z.data());
     CHECK((z == std::vector<float>{INFINITY, 65472, 2}));
 
+    // -0 is 0, whichever of them the camera says.
+    for (const double zero : {0.0, -0.0})
+        for (const bool is_missing : {true, false}) {
+            Camera counted = with(wide, 3);
+            counted.encoding = Encoding::view_z;
+            (is_missing ? counted.missing : counted.background) = zero;
+            const std::vector<float> zeros{0.0f, -0.0f, 2.0f};
+            const std::vector<Eigen::half> halves{Eigen::half(0.0f), Eigen::half(-0.0f), Eigen::half(2.0f)};
+            for (const bool is_half : {false, true}) {
+                std::vector<float> found(3);
+                linearize({is_half ? Image::from_host(device, Element::f16, halves.data(), {3, 1})
+                                   : Image::from_host(device, Element::f32, zeros.data(), {3, 1}),
+                           counted, is_half ? Storage::float16 : Storage::float32})
+                    .image.download(found.data());
+                for (const int i : {0, 1})
+                    CHECK((is_missing ? std::isnan(found[static_cast<std::size_t>(i)])
+                                      : found[static_cast<std::size_t>(i)] == INFINITY));
+                CHECK(found[2] == 2);
+            }
+        }
+
     const std::vector<std::uint16_t> codes{0, 1000, 65535};
     Camera millimetres = with(wide, 3);
     millimetres.encoding = Encoding::view_z;

@@ -153,7 +153,16 @@ TEST_CASE("opencv: matrices that do not fit are refused", "[opencv]") {
     unsized.width = unsized.height = 0; // taken from the matrix
     linearize(device, stored, unsized, result);
     CHECK(same(result, to_mat(linearize({to_device(device, stored), camera()}).image)));
-    CHECK_THROWS_AS(linearize(device, stored(cv::Rect(0, 0, 7, 7)), camera(), result), std::invalid_argument);
+    // A region has the whole's camera, which is cropped, or its own.
+    cv::Mat whole;
+    const cv::Rect part(3, 2, 7, 7);
+    unproject(device, stored, camera(), whole);
+    unproject(device, stored(part), camera(), result);
+    CHECK(same(result, whole(part).clone()));
+    unproject(device, stored(part), cropped(camera(), 3, 2, 7, 7), result);
+    CHECK(same(result, whole(part).clone()));
+    CHECK_THROWS_WITH(unproject(device, stored(part), unsized, result), ContainsSubstring("the camera has no size"));
+    CHECK_THROWS_AS(linearize(device, stored(part).clone(), camera(), result), std::invalid_argument);
     CHECK_THROWS_AS(linearize(device, cv::Mat(), camera(), result), std::invalid_argument);
     const cv::Mat color = picture();
     CHECK_THROWS_AS(dof(device, stored, camera(), color(cv::Rect(0, 0, 7, 7)), lens, result), std::invalid_argument);

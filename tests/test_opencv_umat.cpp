@@ -444,7 +444,8 @@ TEST_CASE("opencv umat: what does not fit is refused, and nothing is written", "
             refused(empty, camera(), "empty");
             refused(codes, camera(), "CV_64FC1");
             refused(volume, camera(), "3 dimensions");
-            refused(input(cv::Rect(0, 0, 7, 7)), camera(), "7 x 7 pixels; the camera is for 30 x 20");
+            refused(on_device(stored(cv::Rect(0, 0, 7, 7)).clone()), camera(),
+                    "7 x 7 pixels; the camera is for 30 x 20");
             refused(input, nan, "scale");
         }
         const cv::UMat fixed = small;

@@ -279,3 +279,18 @@ TEST_CASE("projection: planes in the axes of the projection", "[projection]") {
         REQUIRE(std::abs(stored(ViewAxes::opencv) - stored(ViewAxes::opengl)) < clip_tolerance);
     }
 }
+
+TEST_CASE("projection: a matrix that is transposed or of other axes is refused", "[projection]") {
+    const Projection right = perspective(1.0, 1.5, {0.1, 100});
+    const Eigen::Matrix4d m = right.matrix.cast<double>();
+    CHECK_NOTHROW(from_matrix(m));
+    CHECK_THROWS_WITH(from_matrix(m.transpose()), ContainsSubstring("is transposed"));
+    CHECK_THROWS_WITH(from_matrix(m, {.view_axes = ViewAxes::opencv}), ContainsSubstring("must have +1"));
+    Eigen::Matrix4d ahead = m;
+    ahead.col(2) *= -1;
+    CHECK_THROWS_WITH(from_matrix(ahead), ContainsSubstring("must have -1"));
+    CHECK_NOTHROW(from_matrix(ahead, {.view_axes = ViewAxes::opencv}));
+    Camera unset;
+    unset.width = unset.height = 4;
+    CHECK_THROWS_WITH(depth_form(unset), ContainsSubstring("has no projection"));
+}

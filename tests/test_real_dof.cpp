@@ -5,6 +5,7 @@
 #include "io_files.hpp"
 #include "path_traced.hpp"
 #include "real_inputs.hpp"
+#include "soften.hpp"
 #include "test_device.hpp"
 
 #include <fathom/fathom.hpp>
@@ -113,6 +114,52 @@ TEST_CASE("real: antialiased frames are blurred about as well as frames of twice
             CHECK(found >= (quality == Quality::accurate ? accurate : balanced));
         }
     }
+}
+
+// How much is lost near edges where depth is soft, against exact depth, once its edges are sharpened.
+TEST_CASE("real: a blur by soft depth is nearly that by exact depth", "[dof][edges][real]") {
+    if (!there("blender/antialiased"))
+        return;
+    constexpr double most_lost = 5, most_on_average = 3.5, most_of_means = 2.2; // dB
+    constexpr double away = 0.1;                                                // dB, beside edges
+    const Device device = test_device();
+    double all = 0, of_means = 0;
+    int count = 0, means = 0;
+    for (const char* name : {"antialiased", "antialiased-near", "perspective"}) {
+        const auto [depth, sharp, truth, camera, circle] = oracle::path_traced(data / "blender" / name);
+        const std::vector<char> near = bends_of_inverse_depth(depth);
+        std::vector<char> far(near);
+        std::ranges::transform(near, far.begin(), [](char is_near) { return !is_near; });
+        const Layout layout{depth.cols, depth.rows};
+        const Image color = Image::from_host(device, Element::f32, sharp.data(), {depth.cols, depth.rows, 3});
+        const auto figures = [&, &sharp = sharp, &truth = truth, &circle = circle](const StoredDepth& stored) {
+            std::vector<float> got(sharp.size());
+            dof(stored, color, circle).download(got.data());
+            return std::pair{psnr(got, truth, &near), psnr(got, truth, &far)};
+        };
+        const std::vector<float> exact(depth.ptr<float>(), depth.ptr<float>() + depth.total());
+        const double best = figures({Image::from_host(device, Element::f32, exact.data(), layout), camera}).first;
+        std::printf("%s: exact %.2f dB near edges; lost", name, best);
+        for (const auto& [how, soften] : test::softenings) {
+            const std::vector<float> soft = soften(exact, depth.cols, depth.rows);
+            const StoredDepth stored{Image::from_host(device, Element::f32, soft.data(), layout), camera};
+            const auto [as_is, beside_as_is] = figures(stored);
+            const auto [found, beside] = figures(sharpen_edges(stored, color));
+            std::printf(", %s: %.2f (%.2f as it is)", how, best - found, best - as_is);
+            CHECK(best - found <= most_lost);
+            CHECK(beside >= beside_as_is - away);
+            all += best - found;
+            ++count;
+            if (std::string_view(how).starts_with("z averaged")) {
+                of_means += best - found;
+                ++means;
+            }
+        }
+        std::printf("\n");
+    }
+    std::printf("on average %.2f dB, of means %.2f\n", all / count, of_means / means);
+    CHECK(all / count <= most_on_average);
+    CHECK(of_means / means <= most_of_means);
 }
 
 TEST_CASE("real: a photograph with relative depth is blurred as with the frame's own depth", "[dof][relative][real]") {

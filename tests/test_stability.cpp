@@ -168,8 +168,8 @@ TEST_CASE("stability: stored depth exactly 0 and 1, one ulp inside and one outsi
                 const auto z = decoded(camera_of(p), stored, Storage::float32, Background::inf, arithmetic);
                 const float near = 2, far = 64;
                 CHECK(z[0] == (reversed ? infinity : near));
-                CHECK(z[1] == (reversed ? far : near)); // −0 is in the range, and not the background's bits
-                CHECK(z[2] == (reversed ? far : near)); // 1e-45 of the range away
+                CHECK(z[1] == (reversed ? infinity : near)); // −0 is 0
+                CHECK(z[2] == (reversed ? far : near));      // 1e-45 of the range away
                 CHECK(std::isnan(z[3]));
                 CHECK(z[4] == (reversed ? near : infinity));
                 CHECK(std::isfinite(z[5]));

@@ -215,7 +215,8 @@ TEST_CASE("stability: a background of every storage", "[stability]") {
     check(Storage::float32, 0.1, 0.1f, std::nextafter(0.1f, 1.0f)); // the nearest float is meant
     check(Storage::float32, -1, -1.0f, 0.5f);                       // outside the range
     check(Storage::float16, 1, half(0x3c00), half(0x3bff));
-    check(Storage::float16, 0, half(0x0000), half(0x8000)); // bit for bit: −0 is another value
+    check(Storage::float16, 0, half(0x0000), half(0x0001));
+    check(Storage::float16, 0, half(0x8000), half(0x0001)); // −0 is 0
     check(Storage::float16, 0x1p-24, half(0x0001), half(0x0002));
     check(Storage::float16, 0x1p-14 - 0x1p-24, half(0x03ff), half(0x0400)); // denormal, and the first that is not
     check(Storage::float16, 0x1p-14, half(0x0400), half(0x03ff));

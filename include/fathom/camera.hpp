@@ -58,12 +58,15 @@ enum class Storage {
 enum class Packing {
     uint8,          ///< one channel of 8 bits, which is usually a picture and no depth
     uint16_rotated, ///< 16 bits that are rotated left by three: SUN RGB-D
+    uint16_swapped, ///< 16 bits whose bytes are exchanged
+    uint13,         ///< the low 13 of 16 bits: Android's DEPTH16
     uint24,         ///< the low 24 bits of 32
     uint24_high,    ///< the high 24 bits of 32
     rgb_red_low,    ///< 24 bits in three channels of 8 bits, R the lowest
     rgb_red_high,   ///< R the highest
     rgba_red_low, ///< 32 bits in four channels, R the lowest: three.js to r166. (R/2²⁴ + G/2¹⁶ + B/2⁸ + A) / 2⁸
     rgba_red_high, ///< R the highest: three.js from r167 on. (R + G/2⁸ + (B + A/255) / 2¹⁶) / 2⁸
+    base_255,      ///< Unity's EncodeFloatRGBA, in three channels or four: R/255 + G/255² + B/255³ + A/255⁴
 };
 
 /// What becomes of a pixel whose stored value is the background.
@@ -89,9 +92,11 @@ struct Camera {
     double log_c = 1.0;           ///< C of `logarithmic`; per scene unit
     double scale = 1.0;  ///< scene units per stored unit (metric encodings); z = scale / (v + offset) for `inverse`
     double offset = 0.0; ///< for `inverse`; stored units
-    Along along = Along::axis;        ///< for `linear`, `inverse` and `inverse_range`, and with a lens
-    bool from_near_plane = false;     ///< for `ray_distance`: is it counted from where the ray crosses the near plane?
-    std::optional<double> background; ///< stored value that means "nothing here"; NaN: none; default by encoding
+    Along along = Along::axis; ///< for `linear`, `inverse` and `inverse_range`, and with a lens
+    /// For `ray_distance`: is it counted from where the ray crosses the near plane? For `logarithmic`: are z and `far_plane` counted
+    /// from the near plane, as Cesium does?
+    bool from_near_plane = false;
+    std::optional<double> background;      ///< stored value that means "nothing here"; NaN: none; default by encoding
     std::optional<double> background_from; ///< so do this stored value and all that mean a greater distance
     /// The same from 65504 on, where half floats end. In full floats only that value itself, and from 1e10 on.
     bool background_from_largest_half = false;

@@ -14,10 +14,14 @@
 namespace fathom {
 #pragma GCC visibility push(default)
 
+/// The curve of sRGB among exponents.
+inline constexpr double gamma_of_srgb = 0;
+
 /// A camera file (JSON, docs/camera.md): the camera, how its depth is packed, and what else the renderer knew.
 struct CameraFile {
     Camera camera; ///< width and height are 0 when the file does not give them
     std::optional<Packing> packing;
+    std::optional<double> gamma = {}; ///< see `ReadOptions::gamma`
     LensDefaults lens;
     std::string preset; ///< the source that the file names; empty without one
 

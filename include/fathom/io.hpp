@@ -25,12 +25,16 @@ struct DepthFile {
     std::string channel;  ///< name of the EXR channel that was taken; empty for other files
     Windows windows = {}; ///< where `values` lie
     int pages = 1;        ///< images of full size in a TIFF, of which the first was taken
+    std::array<std::optional<double>, 2> near_and_far = {}; ///< that a PNG's text says
 };
 
 struct ReadOptions {
     /// EXR channel to take, or PART.CHANNEL; empty: the one that is named like depth. Of an NPZ the array; empty: the only one.
     std::string channel = {};
     std::optional<Packing> packing = {}; ///< what the camera file's `packing` says
+    /// What its `gamma` says: values went through a curve, and this power of them, as parts of the largest, is what they were: 2.2 for
+    /// a display's, 0.5 for Blender's quadratic mist, `gamma_of_srgb` for sRGB's. They come back as floats.
+    std::optional<double> gamma = {};
     /// Of OpenEXR, read the data window instead of the display window: `cropped` makes its camera.
     bool overscan = false;
     /// PGM: are codes taken that count to another number than 255 or 65535? As lengths (`is_metric`) they mean the same, but they
@@ -46,7 +50,7 @@ struct ReadOptions {
 /// *.Depth, *.ZDepth, *.Z, Y, or the only one there is; X, Y and Z side by side are a position. PNG: 16-bit grey. TIFF: one
 /// channel of 16-bit or 32-bit integers, half or float. PFM: grey, values as they are whatever its scale. PGM: 16-bit. 8-bit
 /// grey, R, G, B (and an alpha that is left out) and R, G, B, A with the packing that says so: R, G, B come back in B, G, R
-/// order, with the bgr8_ storage of that packing, and R, G, B, A as floats from 0 to 1. NPY (NumPy): rows and columns of floats
+/// order, with the bgr8_ storage of that packing, and R, G, B, A and base 255 as floats from 0 to 1. NPY (NumPy): rows and columns of floats
 /// or integers, of any byte order; what has 64 bits is rounded to 32. NPZ: an array of these. COLMAP's depth maps. R = G = B of
 /// 16 bits or floats count as one channel. Codes of more than 24 bits are refused, unless they are
 /// said to lie in the high bits.

@@ -42,8 +42,8 @@ struct LensArguments {
 struct DepthRepair {
     enum class Invalid { keep, fill };
 
-    Invalid invalid = Invalid::keep;         ///< see `fill_invalid`
-    std::optional<int> grow_foreground = {}; ///< see `grow_foreground`; default: 0, and 1 for relative depth
+    Invalid invalid = Invalid::keep; ///< see `fill_invalid`
+    int grow_foreground = 0;         ///< see `grow_foreground`
 };
 
 /// How messages name the camera, and an option: `--f-stop` for f_stop.
@@ -71,11 +71,8 @@ double focus_of(const LensArguments& lens, const StoredDepth& stored);
 /// Throws: std::invalid_argument as `focus_of` and `circle_of_confusion`, and for a lens that says something in two ways.
 CircleOfConfusion circle_for(const LensArguments& lens, const StoredDepth& stored);
 
-/// How many pixels near surfaces are grown by.
-int grown_pixels(const DepthRepair& repair, const LensArguments& lens);
-
-/// The depth for a blur with this lens, whose circle is that of the depth as it was.
-StoredDepth repaired(const StoredDepth& stored, const DepthRepair& repair, const LensArguments& lens);
+/// The depth for a blur.
+StoredDepth repaired(const StoredDepth& stored, const DepthRepair& repair);
 
 #pragma GCC visibility pop
 } // namespace fathom

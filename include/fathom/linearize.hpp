@@ -88,6 +88,16 @@ StoredDepth ignore_pixels(const StoredDepth& stored, const Image& ignore);
 /// the device.
 StoredDepth upsample_along_edges(const StoredDepth& stored, const Image& color);
 
+/// Depth that ramps from one surface to the next over a few pixels, as that of networks, averaged and upsampled depth does, with hard
+/// edges: each pixel of a ramp gets about the depth of the surface on one of its two sides. A picture decides on which, and gives back
+/// the depth of what is narrower than a ramp. All other pixels keep their depths, and all of them do where most edges are hard already,
+/// as those of exact depth are: then the result is `stored` itself.
+/// In: the whole of an image, and its picture with 3 or 4 channels in linear light, of the same size. `changed`: an image of bytes of
+/// that size, or none, which gets 1 for each pixel with another depth, and 0 for all others. Waits for the device, and computes on the
+/// host. Accuracy: docs/depth-of-field.md, "Soft edges".
+/// Throws: std::invalid_argument for another picture or image; Error from the device.
+StoredDepth sharpen_edges(const StoredDepth& stored, const Image& color = {}, const Image& changed = {});
+
 /// A pixel depends on nothing around it, and a call takes no memory of its own; see tiles.hpp.
 inline Reach reach(const Tile&, const LinearizeOptions&) {
     return {};

@@ -17,6 +17,9 @@ struct HostFloats {
     std::size_t row_stride = 0; ///< floats from one row to the next; 0: rows follow each other without a gap
 };
 
+/// What becomes of edges in depth that ramp over a few pixels, as `sharpen_edges` of linearize.hpp has it.
+enum class Edges { keep, sharpen };
+
 /// Depth on the grid of a picture of another size: a mean of the nearest 4 × 4 depths, in which those count whose part of the
 /// picture has this pixel's colour. Both show the same; neither is cropped. In: one float a pixel, and three or four in linear
 /// light. Out: one float for each pixel of the picture, rows without a gap; NaN where no depth is known.

@@ -63,7 +63,7 @@ struct Projection {
 
     using Row = Eigen::Matrix<long double, 1, 4>;
 
-    Matrix matrix = Matrix::Identity();
+    Matrix matrix = Matrix::Zero(); ///< of a camera without a projection
     Convention convention;
     DepthOrder order = DepthOrder::standard;
 
@@ -105,7 +105,8 @@ Projection orthographic(FrustumEdges edges, DepthSpan span, Convention conventio
 
 /// Any 4 × 4 matrix, rows of P with clip = P · view. It must be finite and invertible.
 /// The order (reversed or not) is read off the matrix: which clip value lies nearer to the camera centre.
-/// Throws: std::invalid_argument, with the condition number, when the matrix is singular.
+/// Throws: std::invalid_argument, with the condition number, when the matrix is singular, and for one that is transposed or whose
+/// view space has other axes than the convention says.
 Projection from_matrix(const Eigen::Matrix4d& matrix, Convention convention = {});
 
 /// The same from 16 floats in columns, as graphics code holds a matrix.

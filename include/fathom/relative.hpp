@@ -48,6 +48,8 @@ struct RelativeOptions {
     /// Stored values that become 0 and 1. Default: the least and the greatest of floats, all codes of integers.
     std::optional<std::array<double, 2>> range = {};
     std::optional<FocusRange> focus_range = {}; ///< see `flatten_range`
+    Edges edges = Edges::sharpen;               ///< see `sharpen_edges` of linearize.hpp
+    RelativeOrder order = RelativeOrder::high_is_near;
 };
 
 /// Values for a `relative_camera`, and what is probably wrong with them: a sentence each, with the cure.
@@ -59,7 +61,7 @@ struct RelativeValues {
 
 /// Makes values from 0 to 1 of relative depth as it is stored, as `fathom dof --relative` does: codes of 8 bits lose their steps
 /// (`smooth_steps`) unless a range is given, depth gets the size of a picture of another size along its edges
-/// (`upsample_along_edges`), and the range in focus becomes one value (`flatten_range`). `bits`: 8 and 16 for codes, 32 for floats.
+/// (`upsample_along_edges`), soft edges become hard ones, and the range in focus becomes one value (`flatten_range`). `bits`: 8 and 16 for codes, 32 for floats.
 /// `color`: the picture in linear light, if there is one. `range_option`: how a doubt calls `RelativeOptions::range`.
 /// Throws: std::invalid_argument for channels other than one or R = G = B, and an alpha; for pixels of which none has a
 /// value; for a range that is not finite or does not ascend; and for a picture of another ratio of width to height, by more than 1 %.

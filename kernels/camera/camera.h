@@ -83,9 +83,9 @@ INLINE sampleV load_stored(__global const STORED* source, const grid_params* gri
     const uintV bits = *(const uint_lanes*)codes;
     sample.value = convert_floatV(bits);
 #endif
-    sample.background = (bits == p->background) & (intV)(int)p->background_mask;
+    sample.background = (bits & p->background_mask) == p->background;
     if (p->has_special) { // the same for all pixels: its tests would cost the others a tenth
-        sample.value = select(sample.value, (floatV)NAN, (bits == p->missing) & (intV)(int)p->missing_mask);
+        sample.value = select(sample.value, (floatV)NAN, (bits & p->missing_mask) == p->missing);
         sample.background |= p->farther * sample.value >= p->background_from;
     }
     return sample;

@@ -5,6 +5,7 @@
 #include "runtime/memory.hpp"
 #include "text.hpp"
 
+#include <fathom/camera_file.hpp>
 #include <fathom/device.hpp>
 #include <fathom/findings.hpp>
 #include <fathom/image.hpp>
@@ -160,8 +161,15 @@ inline nb::object new_array(Element element, const Layout& layout) {
 }
 
 /// How elements of this type are read: as a caller said, as the camera's packing says, or as their type says.
-inline Storage storage_of(Element element, int channels, nb::handle said, const std::optional<Packing>& packing,
+inline Storage storage_of(Element element, int channels, nb::handle said, const CameraFile& camera,
                           const char* argument) {
+    const std::optional<Packing>& packing = camera.packing;
+    const auto refuse = [&](const char* what, const char* cure) {
+        throw std::invalid_argument(text(argument, ": the camera's ", what, ", which is that of files; give ", cure));
+    };
+    if (camera.gamma)
+        refuse("values went through a \"gamma\"",
+               "what they were before, (depth / LARGEST) ** GAMMA, and a camera without it");
     Storage storage = element == Element::f32            ? Storage::float32
                       : element == Element::f16          ? Storage::float16
                       : element == Element::u16          ? Storage::uint16
@@ -173,9 +181,13 @@ inline Storage storage_of(Element element, int channels, nb::handle said, const 
     if (!said.is_none())
         storage = static_cast<Storage>(nb::cast<int>(in_python("fathom._arrays", "storage_index")(said)));
     else if (packing == Packing::uint16_rotated)
-        throw std::invalid_argument(text(argument,
-                                         ": the camera's packing is \"uint16-rotated\", which is that of files; give "
-                                         "(codes >> 3) | (codes << 13), and storage='uint16'"));
+        refuse("packing is \"uint16-rotated\"", "(codes >> 3) | (codes << 13), and storage='uint16'");
+    else if (packing == Packing::uint16_swapped)
+        refuse("packing is \"uint16-swapped\"", "codes.byteswap(), and storage='uint16'");
+    else if (packing == Packing::uint13)
+        refuse("packing is \"uint13\"", "codes & 0x1fff, and storage='uint16'");
+    else if (packing == Packing::base_255)
+        refuse("packing is \"base-255\"", "((B / 255 + G) / 255 + R) / 255 as floats, and storage='float32'");
     if (fathom::element_of(storage) != element || channels_of(storage) != channels)
         throw std::invalid_argument(text(
             argument, ": it holds ", type_of(element).name, " in ", channels, channels == 1 ? " channel" : " channels",

@@ -46,8 +46,9 @@ void make_camera(CameraObject* self, const std::string& text, const std::filesys
 }
 
 void make_for_view_depth(CameraObject* self, const CameraObject& other) {
-    new (self) CameraObject{other.file, true, other.are_keys_told, other.is_depth_told};
+    new (self) CameraObject{other.file, true, other.are_keys_told, other.told};
     self->file.packing.reset();
+    self->file.gamma.reset();
 }
 
 // The keys of a preset's text, for an image of this size.

@@ -2,9 +2,11 @@
 
 #include "arrays.hpp"
 
+#include <fathom/doubts.hpp>
 #include <fathom/import_camera.hpp>
 
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -15,8 +17,9 @@ namespace fathom::python {
 struct CameraObject {
     ImportedCamera file;
     bool is_for_view_depth = false;
-    mutable bool are_keys_told = false, is_depth_told = false; ///< what is probably wrong is told once
-    mutable Camera last = {};                                  ///< read and written under the interpreter's lock
+    mutable bool are_keys_told = false;           ///< what is probably wrong is told once
+    mutable std::optional<DepthSketch> told = {}; ///< and again of depth that is other than this
+    mutable Camera last = {};                     ///< read and written under the interpreter's lock
 
     /// Throws: Error naming both sizes if the camera is of another.
     const Camera& of_size(int width, int height) const {

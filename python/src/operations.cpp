@@ -233,12 +233,14 @@ public:
     StoredDepth depth_of(const CameraObject& camera, nb::handle pixels, const char* argument, nb::handle storage) {
         auto [image, host] = input(pixels, "depth", argument);
         const int width = image.width(), height = image.height();
-        host.storage = storage_of(image.element(), image.channels(), storage, camera.file.packing, argument);
+        host.storage = storage_of(image.element(), image.channels(), storage, camera.file, argument);
         const StoredDepth depth{image, camera.of_size(width, height), host.storage};
         if (!camera.are_keys_told)
             warn(key_doubts(camera.file.text, width, height), "Camera");
         camera.are_keys_told = true;
-        if (host.data && !camera.is_depth_told && in(arguments_, "ignore").is_none()) {
+        const bool is_asked = host.data && in(arguments_, "ignore").is_none();
+        if (const DepthSketch seen = is_asked ? sketch_of(host) : DepthSketch{};
+            is_asked && !(camera.told && are_alike(*camera.told, seen))) {
             std::vector<std::string> said;
             try {
                 const Unlocked released;
@@ -246,7 +248,7 @@ public:
             } catch (const std::invalid_argument&) { // the operation says it
             }
             warn(said, argument);
-            camera.is_depth_told = true;
+            camera.told = seen;
         }
         return depth;
     }
@@ -262,14 +264,25 @@ public:
         return ignore_pixels(depth, Image::from_host(device_, Element::u8, mask.data(), layout));
     }
 
+    std::optional<Edges> edges() const {
+        const nb::handle given = in(arguments_, "edges");
+        for (const auto& [name, value] : {std::pair{"keep", Edges::keep}, {"sharpen", Edges::sharpen}})
+            if (PyUnicode_Check(given.ptr()) && PyUnicode_CompareWithASCIIString(given.ptr(), name) == 0)
+                return value;
+        if (!given.is_none())
+            throw std::invalid_argument(text("edges = ", in_short(given), " must be keep or sharpen"));
+        return std::nullopt;
+    }
+
     // `picture`: whose size that gets, if there is one.
     StoredDepth relative_depth(const LensArguments& lens, nb::handle picture) {
         const auto [values, bits, light] = nb::cast<std::tuple<Floats, int, std::optional<Floats>>>(
             in_python("fathom._arrays", "relative")(in(arguments_, "depth"), picture, in(arguments_, "ignore")));
+        RelativeOptions options = relative_options(lens);
+        options.edges = edges().value_or(Edges::sharpen);
         try {
             const Unlocked released;
-            relative_ =
-                relative_values(on_host(values), bits, relative_options(lens), light ? on_host(*light) : HostFloats{});
+            relative_ = relative_values(on_host(values), bits, options, light ? on_host(*light) : HostFloats{});
         } catch (const std::invalid_argument& error) {
             throw std::invalid_argument(text("depth: ", error.what()));
         }
@@ -342,10 +355,12 @@ StoredDepth depth_of(Call& call, const nb::dict& arguments, LensArguments& lens)
 // Sets the images, and brings the depth to the size of the picture that it belongs to.
 void set_images(const description::Operation& operation, const Parsed& its, void* made, Call& call,
                 const nb::dict& arguments, StoredDepth& depth) {
+    Image shown;
     const auto fit = [&](const Image& picture) {
         const Unlocked released;
         if (picture.width() != depth.image.width() || picture.height() != depth.image.height())
             depth = upsample_along_edges(depth, picture);
+        shown = picture;
     };
     const nb::handle color = in(arguments, "color");
     if (!color.is_none() && !its.has("color")) // of which nothing is computed
@@ -362,6 +377,10 @@ void set_images(const description::Operation& operation, const Parsed& its, void
         if (option->required)
             fit(image);
         operation.set(made, *option, image);
+    }
+    if (const bool sharpens = call.edges() == Edges::sharpen; sharpens && !its.lens.relative) {
+        const Unlocked released;
+        depth = sharpen_edges(depth, shown);
     }
 }
 
@@ -410,7 +429,7 @@ nb::object run(const std::string& name, const nb::dict& arguments) {
                 its.lens = completed(its.lens, *defaults, depth.camera.projection);
             operation.set(made.get(), *circle, circle_for(its.lens, depth));
         }
-        operation.run(made.get(), operation.repair.empty() ? depth : repaired(depth, its.repair, its.lens), {});
+        operation.run(made.get(), operation.repair.empty() ? depth : repaired(depth, its.repair), {});
     });
     return alone ? nb::object(call.results[0]) : nb::object(call.results);
 }
@@ -430,8 +449,8 @@ std::vector<std::string> check(const nb::dict& arguments) {
     const Parsed of_radius = parsed(operation_of("ssao"), arguments);
     const CameraObject& camera = camera_in(arguments);
     const HostImage host = host_image(in(arguments, "depth"), "depth", "depth");
-    const HostDepth stored = host.depth(
-        storage_of(host.element, host.layout.channels, in(arguments, "storage"), camera.file.packing, "depth"));
+    const HostDepth stored =
+        host.depth(storage_of(host.element, host.layout.channels, in(arguments, "storage"), camera.file, "depth"));
     const Camera seen = camera.of_size(stored.width, stored.height);
     std::vector<std::string> said = key_doubts(camera.file.text, seen.width, seen.height);
     const auto& options = static_cast<const description::DofCall*>(its.call.get())->options;

@@ -29,6 +29,22 @@ def test_metres_under_a_preset_of_millimetres(metres):
     assert fathom.check((1000 * metres).astype(numpy.uint16), fathom.Camera(**keys)) == []
 
 
+def test_depth_of_another_kind_is_judged_again(metres):
+    depth = metres.astype(numpy.float32)
+    camera = fathom.Camera(encoding="view-z", perspective={"fov_y_deg": 60}, missing=-1)
+    assert not told(lambda: fathom.linearize(depth, camera))
+    codes = (1000 * metres).astype(numpy.uint16)
+    camera = fathom.Camera(encoding="view-z", perspective={"fov_y_deg": 60})
+    assert not told(lambda: fathom.linearize(depth, camera))
+    (warning,) = told(lambda: fathom.linearize(codes, camera))
+    assert "its integers count as scene units" in str(warning.message)
+    assert not told(lambda: fathom.linearize(codes + 1, camera))  # which is like it
+    for nothing in (numpy.zeros_like(depth), numpy.full_like(depth, numpy.nan)):
+        assert not told(lambda: fathom.linearize(depth, camera))
+        (warning,) = told(lambda: fathom.linearize(nothing, camera))
+        assert "no pixel has a depth" in str(warning.message)
+
+
 def test_an_image_in_host_memory_is_looked_at_too(metres):
     depth = metres.astype(numpy.float32)
     keys = {"preset": "kinect", "fx": 90, "fy": 88, "cx": 47.25, "cy": 33.5}

@@ -137,7 +137,7 @@ def test_what_needs_another_option_is_refused_without_it(metres, keys):
 
 
 def test_an_option_that_is_described_is_a_keyword_and_no_other(program):
-    common = {"depth", "camera", "ignore", "storage", "out", "device"}
+    common = {"depth", "camera", "ignore", "edges", "storage", "out", "device"}
     for operation in fathom.options():
         described = {option["name"] for option in operation["options"]}
         hook = {"color"} if operation["name"] == "dof_masks" else set()  # which gives the results their size

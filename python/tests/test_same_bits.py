@@ -235,6 +235,21 @@ def test_repaired_depth_blurs_as_the_program_does(agrees, millimetres, kinect, i
         fathom.grow_foreground(millimetres, kinect, 17)
 
 
+def test_soft_edges_become_hard_as_in_the_program(agrees, millimetres, kinect, in_metres):
+    y, x = numpy.indices(millimetres.shape)
+    hard = numpy.where(numpy.hypot(x - 30, y - 20) < 12, 1000.0, 3000.0)
+    soft = sum(numpy.roll(hard, (i, k), (0, 1)) for i in range(-2, 3) for k in range(-2, 3)) / 25
+    soft = numpy.rint(soft).astype(millimetres.dtype)
+    color = picture(millimetres.shape)
+    got = fathom.linearize(soft, kinect, edges="sharpen")
+    assert not same_bits(got, fathom.linearize(soft, kinect, edges="keep"))
+    assert agrees(got, ["linearize", "--edges", "sharpen"], soft, in_metres)
+    blurred = fathom.dof(soft, kinect, color, **LENS, edges="sharpen")
+    assert agrees(blurred, ["dof", *LENS_OPTIONS, "--edges", "sharpen"], soft, in_metres, color)
+    with pytest.raises(ValueError, match="keep or sharpen"):
+        fathom.linearize(soft, kinect, edges="hard")
+
+
 def relative_depth(kind, height=64, width=96):
     """As a network gives it, high for what is near: a slope with a disc before it."""
     y, x = numpy.mgrid[0:height, 0:width] / (height / 64)

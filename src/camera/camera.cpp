@@ -33,9 +33,10 @@ const char* to_string(Storage storage) {
 }
 
 const char* to_string(Packing packing) {
-    static constexpr const char* names[] = {"uint8",         "uint16-rotated", "uint24",         "uint24-high",
-                                            "rgb-low-first", "rgb-high-first", "rgba-low-first", "rgba-high-first"};
-    return named<Packing::rgba_red_high>(names, packing);
+    static constexpr const char* names[] = {"uint8",          "uint16-rotated",  "uint16-swapped", "uint13",
+                                            "uint24",         "uint24-high",     "rgb-low-first",  "rgb-high-first",
+                                            "rgba-low-first", "rgba-high-first", "base-255"};
+    return named<Packing::base_255>(names, packing);
 }
 
 const char* to_string(Form form) {

@@ -44,7 +44,8 @@ void check(const Camera& camera) {
     require(camera.along != Along::cube, "along = cube is for cameras with a lens");
     only(camera.along == Along::axis || encoding == linear || encoding == inverse || encoding == inverse_range,
          "along = ray", "linear, inverse and inverse-range");
-    only(!camera.from_near_plane || encoding == ray_distance, "from_near_plane", "the ray-distance encoding");
+    only(!camera.from_near_plane || encoding == ray_distance || encoding == logarithmic, "from_near_plane",
+         "the ray-distance and logarithmic encodings");
 }
 
 double needed(const std::optional<double>& value, const char* key, Encoding encoding) {
@@ -148,6 +149,7 @@ bool far_is_low(const Camera& camera) {
 // Bits of a stored value that the camera names.
 std::uint32_t bits_of(const char* name, double value, Storage storage) {
     require(!std::isnan(value), name, " must be a number");
+    value += 0.0; // not -0, which is the same number
     if (storage == Storage::float32)
         return std::bit_cast<std::uint32_t>(static_cast<float>(value));
     if (storage == Storage::float16)
@@ -167,7 +169,6 @@ std::optional<std::uint32_t> default_background(const Camera& camera, Storage st
             return std::nullopt;
         if (storage == Storage::float16 && static_cast<double>(static_cast<Eigen::half>(value)) != value)
             return std::nullopt;
-        value += 0.0; // not -0
     } else if (is_metric(camera.encoding)) {
         value = std::copysign(std::numeric_limits<double>::infinity(), camera.scale);
         if (!is_float(storage))
@@ -329,16 +330,20 @@ bool is_along_ray(const DepthForm& form) {
 }
 
 StoredKind kind_of(const DepthForm& form, float value, std::uint32_t bits) {
-    if (bits == form.missing)
+    const auto is = [&](const std::optional<std::uint32_t>& number) {
+        return number && (bits == *number || (*number == 0 && value == 0)); // -0, too
+    };
+    if (is(form.missing))
         return StoredKind::missing;
-    const bool nothing =
-        bits == form.background || (form.background_from && form.farther * value >= *form.background_from);
+    const bool nothing = is(form.background) || (form.background_from && form.farther * value >= *form.background_from);
     return nothing ? StoredKind::background : StoredKind::depth;
 }
 
 Matrix4 unprojection(const Camera& camera) {
     check(camera);
     const Projection& projection = camera.projection;
+    require(!projection.matrix.isZero(0), "the camera has no projection; make one with perspective, orthographic or "
+                                          "from_matrix");
     const Projection::ThirdRow third = projection.third_row();
     Projection from_end = projection;
     from_end.matrix.row(2) = third.row;
@@ -417,7 +422,8 @@ DepthForm depth_form(const Camera& camera, Storage storage) {
         const Real far = needed(camera.far_plane, "far", camera.encoding), c = camera.log_c;
         require(far > 0, "far = ", far, " must be above 0 for the logarithmic encoding");
         require(std::isfinite(c) && c > 0, "log_c = ", c, " must be above 0");
-        set_exponential(form, u, std::log2(c * far + 1), 1 / c, 0);
+        set_exponential(form, u, std::log2(c * far + 1), 1 / c,
+                        camera.from_near_plane ? needed(camera.near_plane, "near", camera.encoding) : 0);
         form.reason = "z grows exponentially with the stored logarithm";
         break;
     }

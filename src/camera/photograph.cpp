@@ -26,14 +26,13 @@ const float* pixel_at(const HostFloats& image, int x, int y) {
     return image.data + static_cast<std::size_t>(y) * stride + static_cast<std::size_t>(x) * channels;
 }
 
-// Differences of colour are judged as eyes do, about, and against the mean colour of a depth's pixel.
-std::array<float, 3> seen(const HostFloats& image, int x, int y) {
+} // namespace
+
+std::array<float, 3> seen_color(const HostFloats& image, int x, int y) {
     const float* c = pixel_at(image, x, y);
     const auto root = [](float v) { return v > 0 ? std::sqrt(std::min(v, 4.0f)) : 0.0f; };
     return {root(c[0]), root(c[1]), root(c[2])};
 }
-
-} // namespace
 
 EdgeUpsampling::EdgeUpsampling(const HostFloats& depth, const HostFloats& color)
     : depth_(depth), color_(color), across_(static_cast<double>(depth.width) / color.width),
@@ -50,7 +49,7 @@ EdgeUpsampling::EdgeUpsampling(const HostFloats& depth, const HostFloats& color)
             Color sum{};
             for (int j = y0; j < y1; ++j)
                 for (int i = x0; i < x1; ++i) {
-                    const Color own = seen(color, i, j);
+                    const Color own = seen_color(color, i, j);
                     for (std::size_t c = 0; c < 3; ++c)
                         sum[c] += own[c];
                 }
@@ -66,7 +65,7 @@ void EdgeUpsampling::around(int x, int y, const Take& take) const {
     constexpr int reach = 2;                      // pixels of the depth image
     const double fx = (x + 0.5) * across_ - 0.5, fy = (y + 0.5) * down_ - 0.5;
     const int left = static_cast<int>(std::floor(fx)), top = static_cast<int>(std::floor(fy));
-    const Color own = seen(color_, x, y);
+    const Color own = seen_color(color_, x, y);
     for (int j = top - reach + 1; j <= top + reach; ++j)
         for (int i = left - reach + 1; i <= left + reach; ++i) {
             const int u = std::clamp(i, 0, depth_.width - 1), v = std::clamp(j, 0, depth_.height - 1);

@@ -13,6 +13,9 @@ namespace fathom {
 /// May images of two sizes show the same? So if the ratios of width to height differ by a pixel at most.
 bool have_same_ratio(int width, int height, int other_width, int other_height);
 
+/// A pixel's colour as eyes judge differences, about: the root of the light.
+std::array<float, 3> seen_color(const HostFloats& image, int x, int y);
+
 /// `upsample_along_edges`, some rows at a time.
 class EdgeUpsampling {
 public:
@@ -44,6 +47,28 @@ using InRows = std::function<void(int rows, const std::function<void(int begin, 
 
 /// On all cores.
 void in_threads(int rows, const std::function<void(int begin, int end)>& work);
+
+/// Edges along lines of an image: those from one pixel to the next, as exact depth has them, and ramps of a few pixels.
+struct EdgeCounts {
+    std::size_t hard = 0, soft = 0;
+
+    /// An edge is at least `least` high, plus `least_part` of what is nearer. `line`: nearness, as `sharpened_edges` takes it.
+    void add(std::span<const float> line, float least, float least_part);
+
+    bool are_soft() const;
+};
+
+/// Depth whose edges are ramps of a few pixels, with edges: each pixel of a ramp gets the nearness of one of its sides, and all others
+/// keep theirs. Empty where most edges are hard already, or there are few. Rows without a gap.
+/// `nearness`: 1/z, or what else is affine in the pixel over planes and greater where it is nearer; NaN where nothing is known, and
+/// rows without a gap. `color`: the picture, of the same size, in linear light; no pixels if there is none. An edge is at least `least`
+/// high, plus `least_part` of what is nearer.
+std::vector<float> sharpened_edges(const HostFloats& nearness, const HostFloats& color, float least, float least_part,
+                                   const InRows& in_rows);
+
+/// The same of distances, +infinity for the background, NaN for what is invalid. `inverse`: under a perspective 1/z is affine.
+std::vector<float> sharpened_distances(const HostFloats& z, bool inverse, const HostFloats& color,
+                                       const InRows& in_rows);
 
 /// The first step of `relative_values`: from 0 to 1, by the range if there is one. `bits` as there.
 void to_fractions(std::span<float> values, int bits, const std::optional<std::array<double, 2>>& range);

@@ -75,6 +75,20 @@ Projection perspective_from_slopes(Real left, Real right, Real bottom, Real top,
     return in_convention(m, ends.clip_far(), span.order, convention);
 }
 
+// Is a matrix the transposed one of a perspective or of an orthographic projection? A perspective has (0, 0, ±1, 0) in its
+// fourth row, which a transposed one has in its fourth column, with another number in the row. An orthographic one has
+// (0, 0, 0, 1) and nothing beside its diagonal but the fourth column.
+bool looks_transposed(const Eigen::Matrix4d& m) {
+    const Eigen::Vector4d column = m.col(3);
+    const Eigen::RowVector4d row = m.row(3);
+    const auto is_unit = [](const auto& vector, Eigen::Index at) {
+        return std::abs(vector[at]) == 1 && vector.cwiseAbs().sum() == 1;
+    };
+    const bool perspective = is_unit(column, 2) && row.head<2>().isZero(0) && row[3] == 0 && std::abs(row[2]) != 1;
+    const bool orthographic = is_unit(column, 3) && !is_unit(row, 3) && m.topLeftCorner<3, 3>().isDiagonal(0);
+    return perspective || orthographic;
+}
+
 } // namespace
 
 long double Projection::clip_near() const {
@@ -162,7 +176,16 @@ Projection orthographic(FrustumEdges edges, DepthSpan span, Convention conventio
 
 Projection from_matrix(const Eigen::Matrix4d& matrix, Convention convention) {
     require(matrix.allFinite(), "the projection matrix has an element that is not a finite number");
+    require(!looks_transposed(matrix),
+            "the projection matrix is transposed: its fourth column is what a fourth row is; "
+            "write its columns as rows, as from_column_major reads them");
     Projection projection{matrix.cast<Real>(), convention, DepthOrder::standard, {}};
+    // What is ahead has a positive w, or nothing of it would be on the screen.
+    const bool ahead_is_negative = convention.view_axes == ViewAxes::opengl;
+    require(!projection.is_perspective() || !(ahead_is_negative ? matrix(3, 2) > 0 : matrix(3, 2) < 0),
+            "the projection matrix must have ", ahead_is_negative ? "-1" : "+1",
+            " in its fourth row, third column, for the given \"view_axes\"; say \"",
+            ahead_is_negative ? "directx\" or \"opencv" : "opengl", "\"");
     const Projection::Matrix inverse = checked_inverse(projection.matrix_in_opengl_axes(), "the projection matrix");
 
     // Seen from the camera centre, where clip space is (0, 0, 1, 0), the nearer end has the larger 1/Z; without a camera

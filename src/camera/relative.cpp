@@ -235,6 +235,18 @@ void check_bits(int bits) {
     require(bits == 8 || bits == 16 || bits == 32, "bits = ", bits, " must be 8, 16 or 32");
 }
 
+// An edge is a part of the range from 0 to 1.
+void sharpen(RelativeValues& of, RelativeOrder order, const HostFloats& color, const InRows& in_rows) {
+    constexpr float least = 0.03f;
+    const float sign = order == RelativeOrder::high_is_near ? 1 : -1;
+    std::vector<float> nearness(of.values);
+    for (float& value : nearness)
+        value *= sign;
+    nearness = sharpened_edges({nearness.data(), of.width, of.height}, color, least, 0, in_rows);
+    for (std::size_t i = 0; i < nearness.size(); ++i)
+        of.values[i] = std::isnan(of.values[i]) ? of.values[i] : std::clamp(sign * nearness[i], 0.0f, 1.0f);
+}
+
 std::optional<std::string> doubt_of(std::span<const float> values, int bits, const std::string& range_option) {
     constexpr double little = 0.1; // of 0 to 1
     if (bits == 32 && std::ranges::any_of(values, [](float value) { return value > 0 && value < 1; }))
@@ -345,6 +357,8 @@ RelativeValues relative_values(const HostFloats& stored, int bits, const Relativ
             result = {std::move(fine), color.width, color.height, std::move(result.doubts)};
         }
     }
+    if (options.edges == Edges::sharpen)
+        sharpen(result, options.order, color, in_rows);
     if (options.focus_range) {
         if (bits == 32 && !result.doubts.empty()) // one value, of which nobody knows where it lies: it is in focus
             for (float& value : result.values)

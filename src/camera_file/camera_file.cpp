@@ -16,6 +16,7 @@
 #include <limits>
 #include <numbers>
 #include <stdexcept>
+#include <string_view>
 
 namespace fathom {
 namespace {
@@ -38,7 +39,8 @@ std::optional<Packing> read_packing(const JsonObject& json) {
     using enum Packing;
     const auto known = [](Packing packing) { return std::pair{to_string(packing), packing}; };
     return json.one_of("packing", {known(rgb_red_low), known(rgb_red_high), known(rgba_red_low), known(rgba_red_high),
-                                   known(uint8), known(uint16_rotated), known(uint24), known(uint24_high)});
+                                   known(uint8), known(uint16_rotated), known(uint16_swapped), known(uint13),
+                                   known(uint24), known(uint24_high), known(base_255)});
 }
 
 /// Pixels of the image; 0 where neither the file nor the caller knows them.
@@ -128,35 +130,16 @@ Projection read_orthographic(const JsonObject& json, Camera& camera, Convention 
     return orthographic(edges, span, convention);
 }
 
-/// Is a matrix the transposed one of a perspective or of an orthographic projection? A perspective has (0, 0, ±1, 0) in its
-/// fourth row, which a transposed one has in its fourth column, with another number in the row. An orthographic one has
-/// (0, 0, 0, 1) and nothing beside its diagonal but the fourth column.
-bool looks_transposed(const Eigen::Matrix4d& m) {
-    const Eigen::Vector4d column = m.col(3);
-    const Eigen::RowVector4d row = m.row(3);
-    const auto is_unit = [](const auto& vector, Eigen::Index at) {
-        return std::abs(vector[at]) == 1 && vector.cwiseAbs().sum() == 1;
-    };
-    const bool perspective = is_unit(column, 2) && row.head<2>().isZero(0) && row[3] == 0 && std::abs(row[2]) != 1;
-    const bool orthographic = is_unit(column, 3) && !is_unit(row, 3) && m.topLeftCorner<3, 3>().isDiagonal(0);
-    return perspective || orthographic;
-}
-
-Projection read_matrix(const JsonObject& json, Convention convention) {
-    const auto matrix = *json.matrix("projection");
-    if (looks_transposed(matrix))
-        json.refuse_value("projection",
-                          "is transposed: its fourth column is what a fourth row is; write its columns as rows, "
-                          "or twice the matrix if it is right");
-    const auto projection = from_matrix(matrix, convention);
-    // What is ahead has a positive w, or nothing of it would be on the screen.
-    const auto w_per_z = projection.matrix(3, 2);
-    const bool ahead_is_negative = convention.view_axes == ViewAxes::opengl;
-    if (projection.is_perspective() && (ahead_is_negative ? w_per_z > 0 : w_per_z < 0))
-        json.refuse_value("projection", std::string("must have ") + (ahead_is_negative ? "-1" : "+1") +
-                                            " in its fourth row, third column, for the given \"view_axes\"; say \"" +
-                                            (ahead_is_negative ? "directx\" or \"opencv" : "opengl") + "\"");
-    return projection;
+Projection matrix_of(const JsonObject& json, Convention convention) {
+    constexpr std::string_view subject = "the projection matrix ";
+    try {
+        return from_matrix(*json.matrix("projection"), convention);
+    } catch (const std::invalid_argument& error) {
+        const std::string_view what = error.what();
+        if (what.starts_with(subject))
+            json.refuse_value("projection", std::string(what.substr(subject.size())));
+        throw;
+    }
 }
 
 /// A pinhole lens before a sensor, which the image covers: square pixels unless the sensor's height is given, too.
@@ -219,7 +202,7 @@ Projection read_projection(const JsonObject& json, Camera& camera, Size size) {
         return perspective(intrinsics, read_span(json, camera, {1, infinity}), convention);
     };
     const auto projection =
-        kind == "projection"    ? read_matrix(json, convention)
+        kind == "projection"    ? matrix_of(json, convention)
         : kind == "perspective" ? read_perspective(json, camera, convention, size)
         : kind == "intrinsics"  ? pinhole(intrinsics_of(json, size))
         : kind == "lens"        ? pinhole(intrinsics_of_lens(json, size))
@@ -256,7 +239,8 @@ void check_parameters(const JsonObject& json, const Camera& camera) {
          encoding == linear || encoding == inverse || encoding == inverse_range ||
              (json.has("lens") && encoding != ray_distance),
          json.has("lens") ? "all other encodings" : "\"linear\", \"inverse\" and \"inverse-range\"");
-    only("from_near_plane", encoding == ray_distance, "\"ray-distance\"");
+    only("from_near_plane", encoding == ray_distance || encoding == logarithmic,
+         "\"ray-distance\" and \"logarithmic\"");
     const bool has_both =
         encoding == linear || encoding == exponential || encoding == pseudo_linear || encoding == inverse_range;
     if (has_both || camera.from_near_plane)
@@ -319,6 +303,7 @@ const std::vector<std::string> keys{"preset",
                                     "along",
                                     "from_near_plane",
                                     "packing",
+                                    "gamma",
                                     "depth_bits",
                                     "background",
                                     "background_from",
@@ -353,9 +338,12 @@ std::string use_preset(JsonObject& json) {
                 own[key] = -own[key].get<double>();
     if (json.has("along") && own.contains("lens") && own["encoding"] == "ray-distance")
         own["encoding"] = "view-z"; // the file says what the values count along
-    if (const auto encoding = json.string("encoding"); encoding && own["encoding"] != nlohmann::json(*encoding))
-        json.refuse_value("encoding", "contradicts the preset \"" + *name + "\", whose encoding is " +
-                                          own["encoding"].dump() + "; leave one of the two out");
+    if (const auto encoding = json.string("encoding"); encoding && own["encoding"] != nlohmann::json(*encoding)) {
+        for (const char* key : {"offset", "near", "far"}) // of the preset's own
+            own.erase(key);
+        if (!json.has("scale") && (*encoding == "window" || own["encoding"] == "inverse" || *encoding == "inverse"))
+            own.erase("scale");
+    }
     json.fill_in(own);
     const bool is_matrix = json.has("projection") && own["encoding"] == "window"; // near and far are in it
     for (const auto& [key, meaning] : preset->needs)
@@ -472,6 +460,9 @@ CameraFile read(JsonObject json) {
     camera.view = read_view(json);
     read_pixel_origin(json);
     file.packing = read_packing(json);
+    file.gamma = json.holds("gamma", "srgb") ? gamma_of_srgb : json.number("gamma");
+    if (file.gamma && !(*file.gamma > 0) && !json.holds("gamma", "srgb"))
+        json.refuse_value("gamma", "must be above 0, or \"srgb\"");
     file.lens = {.focal_length_mm = json.number("lens_mm"),
                  .sensor_mm = json.number("sensor_mm"),
                  .f_stop = json.number("f_stop"),

@@ -8,6 +8,8 @@
 
 #include "lens/laws.hpp"
 
+#include <fathom/presets.hpp>
+
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
@@ -207,6 +209,11 @@ ImportedCamera completed(const fs::path& file, Imported imported, const ImportOp
         if (said.contains("preset") && keys.contains("preset") && said["preset"] != keys["preset"])
             refuse(file, "has the preset " + shown(keys["preset"]) + ", not " + shown(said["preset"]) +
                              "; leave one of the two out");
+        for (const Preset& preset : presets())
+            if (said.value("preset", json()) == preset.name && keys.contains("encoding") &&
+                !said.contains("encoding") && keys["encoding"] != json::parse(preset.keys)["encoding"])
+                refuse(file, "\"encoding\": " + shown(keys["encoding"]) + " contradicts the preset \"" + preset.name +
+                                 "\"; leave one of the two out");
         override(keys, said);
     }
     if (!keys.contains("encoding") && !keys.contains("preset")) {

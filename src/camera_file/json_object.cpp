@@ -113,15 +113,23 @@ void JsonObject::check_keys(const std::vector<std::string>& above) const {
         if (holds(known_, key))
             continue;
         const std::string unknown = "unknown key " + shown(path_to(key)) + "; ";
-        if (key == "reversed" && (name_ == "lens" || name_ == "intrinsics" || has("lens") || has("intrinsics")))
-            refuse(file_, unknown + "beside \"intrinsics\" a reversed depth buffer has \"depth_range\": [1, 0]");
+        if (key == "reversed" &&
+            (name_ == "lens" || name_ == "intrinsics" || name_ == "orthographic" || has("lens") || has("intrinsics")))
+            refuse(file_, unknown + "beside \"" + (name_ == "orthographic" ? name_ : "intrinsics") +
+                              "\" a reversed depth buffer has \"depth_range\": [1, 0]");
         if (const std::string object = object_of(key); !object.empty() && object != name_)
             refuse(file_, unknown + "it belongs in \"" + object + "\": {...}");
         if (const std::string meant = key_for(key); !meant.empty())
             refuse(file_, unknown + "write " + meant);
         if (holds(above, key))
             refuse(file_, unknown + "it belongs beside \"" + name_ + "\", not in it");
-        refuse(file_, unknown + "the nearest known one is \"" + path_to(nearest_words(known_, key, 1).front()) + "\"");
+        if (const std::string nearest = nearest_words(known_, key, 1).front(); is_near(nearest, key))
+            refuse(file_, unknown + "the nearest known one is \"" + path_to(nearest) + "\"");
+        refuse(file_,
+               unknown +
+                   "no key is like it: is it a camera of another program? A camera file has, for instance, "
+                   "\"intrinsics\": {\"fx\": ..., \"fy\": ..., \"cx\": ..., \"cy\": ...} (docs/cameras.md says which "
+                   "number goes where)");
     }
 }
 

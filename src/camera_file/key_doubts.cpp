@@ -32,7 +32,7 @@ void doubt_perspective(const json& own, double width, double height, std::vector
             said.push_back(text("\"perspective.", key, "\": ", *angle,
                                 " is a very narrow view; if these are radians, write ",
                                 std::round(*angle * 1800 / std::numbers::pi) / 10, " degrees"));
-    const double aspect = width / height;
+    const double aspect = width / height; // of no size NaN, which nothing is near to
     if (const auto given = number_of(own, "aspect");
         given && near_to(*given, 1 / aspect, 0.02) && !near_to(aspect, 1, 0.05))
         said.push_back(text("\"perspective.aspect\": ", *given, " is height over width of this image of ", width, " x ",
@@ -43,7 +43,8 @@ void doubt_intrinsics(const json& own, bool from_centre, bool per_millimetre, do
                       std::vector<std::string>& said) {
     const auto fx = number_of(own, "fx"), fy = number_of(own, "fy"), cx = number_of(own, "cx"),
                cy = number_of(own, "cy");
-    if (!fx || !fy || !cx || !cy)
+    constexpr double least = 8; // pixels: of fewer a part of an image is as likely as the whole
+    if (!fx || !fy || !cx || !cy || !(width >= least && height >= least))
         return;
     constexpr double widest = 11.4; // tan(85 degrees): 170 degrees and more
     if (!per_millimetre && (width / 2 / *fx > widest || height / 2 / *fy > widest)) {
@@ -52,7 +53,7 @@ void doubt_intrinsics(const json& own, bool from_centre, bool per_millimetre, do
         return;
     }
     const double x = *cx / width, y = *cy / height;
-    const bool turned = near_to(*cx, height / 2, 0.1) && near_to(*cy, width / 2, 0.1) && !near_to(width, height, 0.25);
+    const bool turned = near_to(*cx, height / 2, 0.1) && near_to(*cy, width / 2, 0.1) && !near_to(width, height, 0.2);
     if (turned)
         said.push_back(text("\"intrinsics\": cx ", *cx, " and cy ", *cy, " are the middle of an image of ", height,
                             " x ", width, ", and this one has ", width, " x ", height,
@@ -69,6 +70,8 @@ void doubt_intrinsics(const json& own, bool from_centre, bool per_millimetre, do
 
 void doubt_lens(const json& own, double width, double height, std::vector<std::string>& said) {
     constexpr double rounding = 0.02; // of a cut to whole pixels
+    if (!(width > 0 && height > 0))
+        return;
     const auto is = [&](const char* model) { return own.contains("model") && own["model"] == model; };
     if (is("equirectangular") && !own.contains("longitude_deg") && !own.contains("latitude_deg") &&
         !near_to(width, 2 * height, rounding))

@@ -88,4 +88,8 @@ std::vector<std::string> nearest_words(std::vector<std::string> known, std::stri
     return known;
 }
 
+bool is_near(std::string_view known, std::string_view word) {
+    return 2 * edit_distance(known, word.substr(0, 100)) <= std::max(known.size(), word.size());
+}
+
 } // namespace fathom::io

@@ -18,6 +18,7 @@ std::string key_for(std::string_view name);
 std::size_t edit_distance(std::string_view a, std::string_view b);
 
 /// The words that are the fewest edits away from `word`, the nearest first: `most` of them.
+bool is_near(std::string_view known, std::string_view word);
 std::vector<std::string> nearest_words(std::vector<std::string> known, std::string_view word, std::size_t most);
 
 } // namespace fathom::io

@@ -223,6 +223,7 @@ void complete(LensArguments& lens, DepthOptions& options) {
     options.relative = lens.relative;
     if (lens.relative) {
         options.relative_options = relative_options(lens);
+        options.relative_options.edges = options.edges.value_or(Edges::sharpen);
         return complete(lens, {}, relative_camera(1, 1, *lens.relative).projection, "the camera");
     }
     if (!options.camera.of_headers()) // shows early what all cameras lack
@@ -358,6 +359,7 @@ void OperationTask::prepare() {
 DepthFile OperationTask::read_other_depth(const std::filesystem::path& file, const Job& job) const {
     return read_depth(file, {.channel = channel,
                              .packing = job.camera ? job.camera->packing : std::nullopt,
+                             .gamma = job.camera ? job.camera->gamma : std::nullopt,
                              .overscan = has_overscan(job.windows)});
 }
 
@@ -435,7 +437,7 @@ std::vector<Made> OperationTask::make(const StoredDepth& stored, Job& job) {
     if (circle_)
         set_image(*circle_, circle_of(lens_, stored, job));
     set_for_input(call.get(), stored, images, job);
-    return results(call.get(), operation_.repairs ? repaired(stored, repair_, lens_) : stored, job);
+    return results(call.get(), operation_.repairs ? repaired(stored, repair_) : stored, job);
 }
 
 std::vector<Made> OperationTask::results(void* call, const StoredDepth& stored, const Job& job) const {

@@ -143,12 +143,20 @@ void add_ignore_options(CLI::App& app, DepthOptions& options) {
     CLI::Option* ignore =
         add_option(app, "Input", "--ignore", "FILE", options.ignore,
                    "an image of the depth's size: pixels that are not 0 there do not count, as if they were invalid");
-    add_option(
-        app, "Input", "--ignore-below", "T", options.ignore_below,
+    CLI::Option* below = add_option(
+        app, "Input", "--ignore-below", "T", options.ignored_by.below,
         "FILE is an alpha or a confidence: pixels below T do not count. An alpha is 0 to 1; other integers are as "
-        "stored, or 0 to 1 if T < 1")
-        ->check(is_in(description::any_number))
-        ->needs(ignore);
+        "stored, or 0 to 1 if T < 1");
+    CLI::Option* above = add_option(app, "Input", "--ignore-above", "T", options.ignored_by.above,
+                                    "FILE is an uncertainty: pixels above T do not count");
+    for (CLI::Option* option : {below, above})
+        option->check(is_in(description::any_number))->needs(ignore);
+    above->excludes(below);
+    add_enum_option(
+        app, "Input", "--edges", options.edges, {{"keep", Edges::keep}, {"sharpen", Edges::sharpen}},
+        "sharpen: where depth ramps from one surface to the next over some pixels, as that of a network, averaged "
+        "and upsampled depth does, each pixel gets the depth of one of the two, by the picture if there is one; exact "
+        "depth stays as it is (default: keep, and sharpen for relative depth)");
     add_read_option(
         app, "Input", "--valid", "MIN,MAX", options.valid, limits_in, "two numbers MIN,MAX with MIN <= MAX",
         "distances along the axis that count, in scene units, as in 0.3,12 or 0.3,inf. Others are invalid; the "

@@ -56,9 +56,8 @@ void describe(const Visitor& v, Repair& repair) {
       "pixels without a depth keep the picture where no blur reaches them, or take the depth of the farther valid "
       "pixel beside them in the row (in the column, if the row has none)");
     v("grow_foreground", repair.grow_foreground, grown_pixels,
-      "each pixel takes the depth of the nearest surface that is at most so many pixels away, for depth that is soft "
-      "or lies beside its picture's edges",
-      "0; 1 for relative depth");
+      "each pixel takes the depth of the nearest surface that is at most so many pixels away, for depth that lies "
+      "beside its picture's edges");
 }
 
 inline constexpr const char* sky_words =

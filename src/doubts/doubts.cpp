@@ -2,6 +2,7 @@
 #include <fathom/doubts.hpp>
 
 #include "camera/form.hpp"
+#include "camera/photograph.hpp"
 #include "description/check.hpp"
 #include "description/ssao.hpp"
 #include "doubts/lengths.hpp"
@@ -33,20 +34,19 @@ constexpr double half_too_near = 0.4;  // metres, before which cameras of depth 
 constexpr float nearest_of_fives = 2;  // metres, five times what they see at least
 constexpr std::size_t to_an_edge = 5;  // codes; fewer differ from their neighbours where surfaces are seen straight on
 constexpr double mostly_far = 0.8;     // what most values of a depth buffer exceed
+constexpr double many_at_one = 0.03;   // of the pixels, where distances hardly end
 constexpr double past_a_plane = 0.1;   // of its distance; nothing that is rightly described lies so far beyond it
 constexpr double many_far = 0.001;     // the same for one value that is farther than all others
 
-using Doubt = std::optional<std::string>;
+using Doubt = std::optional<Finding>;
 
 StoredStatistics statistics_of(const Subject& subject) {
-    return statistics_of_parts(subject.storage, [&](const auto& visit) {
-        subject.each([&](const HostDepth& values, const HostFloats&) { visit(values); });
-    });
+    return stored_statistics(subject.values());
 }
 
 template <typename Visit>
 void visit_all(const Subject& subject, const Visit& visit) {
-    subject.each([&](const HostDepth& values, const HostFloats&) { visit_values(values, visit); });
+    visit_values(subject.values(), visit);
 }
 
 // The distance of the value farthest away that is finite, in stored units; 0 where none is ahead.
@@ -72,21 +72,18 @@ std::size_t count_of(StoredKind kind, const Camera& camera, const Subject& subje
     return count;
 }
 
-bool is_measured(const Subject& subject) {
-    const DepthForm form = form_of(subject.camera, subject.storage);
-    bool found = false;
-    visit_all(subject, [&](float value, std::uint32_t bits) {
-        found |= !std::isnan(value) && kind_of(form, value, bits) != StoredKind::missing;
-    });
-    return found;
+Cure scale_cure(double scale, const std::string& when, const std::string& words = {}) {
+    return {{{"scale", scale}}, when, words};
 }
 
 // Where the highest byte of a surface's depth grows by 1, the byte below it falls by nearly 256. In a picture both grow alike.
-Doubt photograph_doubt(const Subject& subject) {
+Doubt picture_doubt(const Subject& subject) {
     if (!subject.changes.are_of_a_picture(subject.camera.encoding == Encoding::window))
         return std::nullopt;
-    return "its bytes change like the colours of a picture, and not like packed depth; is it the right file? Depth "
-           "that a renderer shows in colours cannot be decoded: save raw depth";
+    return Finding{Fault::picture,
+                   "its bytes change like the colours of a picture, and not like packed depth; is it the right file?",
+                   {},
+                   "depth that a renderer shows in colours cannot be decoded: save raw depth"};
 }
 
 // Another program's projection · view has the rotation in its fourth row, and rows that are at right angles to it.
@@ -102,8 +99,11 @@ Doubt projection_doubt(const Projection& projection) {
     if (!turned)
         return std::nullopt;
     const auto part = [&](int i) { return number(static_cast<double>(ahead[i]), 3); };
-    return text("the fourth row of \"projection\" looks along (", part(0), ", ", part(1), ", ", part(2),
-                "): it holds the view as well; give the projection alone, and the rest as \"view\"");
+    return Finding{Fault::projection,
+                   text("the fourth row of \"projection\" looks along (", part(0), ", ", part(1), ", ", part(2),
+                        "): it holds the view as well"),
+                   {},
+                   "give the projection alone, and the rest as \"view\""};
 }
 
 // The nearest depth that a depth buffer can hold in the middle of the image. None for other depth.
@@ -146,74 +146,72 @@ Doubt clipped_doubt(const Subject& subject) {
     const Look& look = subject.look;
     const Camera& camera = subject.camera;
     const auto clip = camera.lens ? std::nullopt : clip_distances(camera);
+    const auto are_fractions = [&] {
+        bool are = true;
+        visit_all(subject, [&](float value, std::uint32_t) { are &= !(std::abs(value) > 1); });
+        return are && is_float(subject.storage);
+    };
     const bool are_heights = camera.scale < 0 && !camera.projection.is_perspective(); // which count from any level
-    if (!clip || !is_metric(camera.encoding) || are_heights)
+    if (!clip || !is_metric(camera.encoding) || (are_heights && !are_fractions()))
         return std::nullopt;
     const auto [near_plane, far_plane] = *clip;
     // The planes of a matrix of floats are rounded.
-    const auto low = static_cast<float>(near_plane - past_a_plane * std::abs(near_plane)),
-               high = static_cast<float>(far_plane + past_a_plane * std::abs(far_plane));
-    if (look.nearest >= low && look.farthest <= high)
+    const double low = near_plane - past_a_plane * std::abs(near_plane),
+                 high = far_plane + past_a_plane * std::abs(far_plane);
+    if (static_cast<double>(look.nearest) >= low && static_cast<double>(look.farthest) <= high)
         return std::nullopt;
-    std::size_t before = 0, behind = 0;
-    subject.each([&](const HostDepth&, const HostFloats& z) {
-        for (int y = 0; y < z.height; ++y)
-            for (const float distance : row_of(z, y)) {
-                before += distance < low;
-                behind += distance > high && distance < std::numeric_limits<float>::infinity();
-            }
-    });
+    const std::size_t before = count_depths(subject, [&](double z) { return z < low; }),
+                      behind = count_depths(subject, [&](double z) { return z > high && std::isfinite(z); });
     if (!(static_cast<double>(before + behind) > many_invalid * static_cast<double>(look.surfaces())))
         return std::nullopt;
-    const bool nearer = before > behind;
-    const bool from_0_to_1 = camera.scale == 1 && look.nearest >= 0 && look.farthest <= 1;
-    return text(percent(nearer ? before : behind, look.surfaces()), " of the surfaces lie ",
-                nearer ? "before the near" : "behind the far", " plane of the projection, ",
-                number(nearer ? near_plane : far_plane, 4), ", which cuts them off; ",
-                from_0_to_1
-                    ? "are the values from 0 to 1 no distances (\"encoding\": \"window\", \"linear\" or another)?"
-                    : "are they in the units of the projection (\"scale\")?");
+    const bool nearer = before > behind, from_0_to_1 = std::abs(camera.scale) == 1 && are_fractions();
+    return Finding{Fault::range,
+                   text(percent(nearer ? before : behind, look.surfaces()), " of the surfaces lie ",
+                        nearer ? "before the near" : "behind the far", " plane of the projection, ",
+                        number(nearer ? near_plane : far_plane, 4), ", which cuts them off"),
+                   {},
+                   from_0_to_1
+                       ? "are the values from 0 to 1 no distances (\"encoding\": \"window\", \"linear\" or another)?"
+                       : "are they in the units of the projection (\"scale\")?"};
 }
 
 // All of it background though the values differ, or all of it close behind the near plane.
 Doubt range_doubt(const Subject& subject) {
     const Look& look = subject.look;
+    const auto told = [](std::string cause, const char* otherwise) {
+        return Finding{Fault::range, std::move(cause), {}, otherwise};
+    };
     if (look.background == look.pixels) {
         const StoredStatistics found = statistics_of(subject);
         if (found.min < found.max)
-            return text("every pixel is background, though the values run from ", number(found.min), " to ",
-                        number(found.max), "; does the scale fit, or what the camera says of the background?");
+            return told(text("every pixel is background, though the values run from ", number(found.min), " to ",
+                             number(found.max)),
+                        "does the scale fit, or what the camera says of the background?");
     }
     const auto near_end = near_end_of(subject.camera, subject.storage);
-    const auto within = [&](double near_plane, const char* cure) {
+    const auto within = [&](double near_plane) {
         return text("everything lies within ", number(100 * (static_cast<double>(look.farthest) / near_plane - 1), 2),
-                    " % of the near plane, ", number(near_plane, 4), cure);
+                    " % of the near plane, ", number(near_plane, 4));
     };
     if (look.surfaces() == 0)
         return std::nullopt;
     // Some values may be farther, such as those of a sky.
     if (near_end && static_cast<double>(look.farthest) >= *near_end * crowded &&
         static_cast<double>(look.nearest) < *near_end * (1 + hardly_behind)) {
-        std::size_t crowd = 0;
-        const auto end = static_cast<float>(*near_end * (1 + hardly_behind));
-        subject.each([&](const HostDepth&, const HostFloats& z) {
-            for (int y = 0; y < z.height; ++y)
-                for (const float distance : row_of(z, y))
-                    crowd += distance < end;
-        });
+        const std::size_t crowd = count_depths(subject, [&](double z) { return z < *near_end * (1 + hardly_behind); });
         if (static_cast<double>(crowd) > nearly_all * static_cast<double>(look.surfaces()))
-            return text(percent(crowd, look.surfaces()), " of the surfaces lie within ", number(100 * hardly_behind),
-                        " % of the near plane, ", number(*near_end, 4), "; do \"encoding\" and \"reversed\" fit?");
+            return told(text(percent(crowd, look.surfaces()), " of the surfaces lie within ",
+                             number(100 * hardly_behind), " % of the near plane, ", number(*near_end, 4)),
+                        "do \"encoding\" and \"reversed\" fit?");
     }
     if (near_end && static_cast<double>(look.farthest) < *near_end * crowded)
-        return within(*near_end,
-                      "; are the values distances (\"encoding\": \"view-z\"), or is \"reversed\" the wrong way "
-                      "round?");
+        return told(within(*near_end), "are the values distances (\"encoding\": \"view-z\"), or is \"reversed\" the "
+                                       "wrong way round?");
     const auto clip = subject.camera.lens ? std::nullopt : clip_distances(subject.camera);
     if (clip && is_metric(subject.camera.encoding) && clip->first > 0 &&
         static_cast<double>(look.nearest) >= clip->first * (1 - past_a_plane) &&
         static_cast<double>(look.farthest) < clip->first * crowded)
-        return within(clip->first, "; was it decoded with another projection than this one?");
+        return told(within(clip->first), "was it decoded with another projection than this one?");
     return std::nullopt;
 }
 
@@ -233,75 +231,74 @@ std::pair<double, std::size_t> commonest_number(const Subject& subject) {
     return {value, count};
 }
 
-// What `linearize` makes of stored values. The last bit may differ.
-auto decoder(const Camera& camera, Storage storage) {
-    const DepthForm form = form_of(camera, storage);
-    return [form, rays = is_along_ray(form) ? camera_rays(camera) : Rays{}](int x, int y, float value,
-                                                                            std::uint32_t bits) {
-        constexpr float invalid = std::numeric_limits<float>::quiet_NaN();
-        const StoredKind kind = kind_of(form, value, bits);
-        if (kind == StoredKind::background)
-            return std::numeric_limits<float>::infinity();
-        if (kind == StoredKind::missing || !(value >= form.lowest && value <= form.highest))
-            return invalid;
-        if (std::isinf(value) && (form.form == Form::affine || form.form == Form::ray_distance))
-            return form.farther * value > 0 ? form.farther * value : invalid; // sums of it would be NaN
-        const auto z = static_cast<float>(view_depth(form, rays, x + 0.5, y + 0.5, static_cast<double>(value)));
-        return z > form.least_depth ? z : invalid;
-    };
-}
-
 // Pixels whose value fits no depth. Through a lens others have no ray, which is no mistake of the values.
 std::size_t invalid_of(const Subject& subject) {
     if (!subject.camera.lens)
         return subject.look.invalid;
+    const DepthForm form = form_of(subject.camera, subject.storage);
     std::size_t invalid = 0;
-    subject.each([&](const HostDepth& values, const HostFloats&) {
-        visit_values(values, [&, decode = decoder(subject.camera, subject.storage)](float value, std::uint32_t bits) {
-            invalid += std::isnan(decode(0, 0, value, bits)); // which no form through a lens has terms of
-        });
+    visit_all(subject, [&](float value, std::uint32_t bits) {
+        const StoredKind kind = kind_of(form, value, bits);
+        const bool is_in =
+            value >= form.lowest && value <= form.highest &&
+            view_depth(form, {}, 0, 0, static_cast<double>(value)) > static_cast<long double>(form.least_depth);
+        invalid += kind == StoredKind::missing || (kind == StoredKind::depth && !is_in);
     });
     return invalid;
 }
 
 // Why no value, or few of them, has a depth.
-std::string reason(const Subject& subject, const StoredStatistics& found) {
+Finding reason(const Subject& subject, const StoredStatistics& found, const std::string& before) {
     const Camera& camera = subject.camera;
     const DepthForm form = form_of(camera, subject.storage);
     const std::size_t invalid = invalid_of(subject);
+    const auto told = [&](const std::string& cause, std::vector<Cure> cures, std::string otherwise) {
+        return Finding{Fault::invalid, before + cause, std::move(cures), std::move(otherwise)};
+    };
     const std::string values = found.min == found.max
                                    ? text("the values are ", number(found.min))
-                                   : text("the values run from ", number(found.min), " to ", number(found.max));
+                                   : text("the values run from ", number(found.min), " to ", number(found.max)),
+                      channel = "is it the right file, or the right channel (--channel)?";
     if (found.nan == found.pixels)
-        return "all of its values are NaN; is it the right file, or the right channel (--channel)?";
+        return told("all of its values are NaN", {}, channel);
     if (std::isnan(found.min))
-        return "none of its values is finite; is it the right file, or the right channel (--channel)?";
+        return told("none of its values is finite", {}, channel);
     if (count_of(StoredKind::missing, camera, subject) == found.pixels)
-        return text("all of its values are ", number(found.min), ", which the camera says was not measured");
+        return told(text("all of its values are ", number(found.min), ", which the camera says was not measured"), {},
+                    {});
     const double end =
         camera.encoding == Encoding::inverse ? 0.0 - camera.offset : 0; // where depth begins, or infinity lies
     // A sky may lie at the end itself.
     if (is_metric(camera.encoding) && found.min < found.max && (camera.scale > 0 ? found.max <= end : found.min >= end))
-        return text(values, ", on the other side of ", number(end), " than \"scale\" has it; if they count ",
-                    camera.scale > 0 ? "backwards, as Isaac Gym's depth and ZED's disparity do" : "forwards",
-                    ", say \"scale\": ", number(-camera.scale));
+        return told(
+            text(values, ", on the other side of ", number(end), " than \"scale\" has it"),
+            {scale_cure(-camera.scale, camera.scale > 0
+                                           ? "if they count backwards, as Isaac Gym's depth and ZED's disparity do"
+                                           : "if they count forwards")},
+            {});
     if (!is_metric(camera.encoding) && is_float(subject.storage) &&
         found.percentiles[3] > static_cast<double>(form.highest))
-        return text(values, ", and \"", to_string(camera.encoding), "\" depth lies in ",
-                    number(static_cast<double>(form.lowest)), " to ", number(static_cast<double>(form.highest)),
-                    "; are these distances (\"encoding\": \"view-z\")?");
-    if (const auto [value, count] = commonest_number(subject); 2 * count > invalid - found.nan)
-        return text(percent(count, found.pixels), " of the values are ", number(value),
-                    "; if that was not measured, say \"missing\": ", number(value),
-                    "; if nothing is there, \"background\": ", number(value),
-                    value == 0 ? ", which is Nuke's sky, whose values are 1/z (\"encoding\": \"inverse\")" : "");
+        return told(text(values, ", and \"", to_string(camera.encoding), "\" depth lies in ",
+                         number(static_cast<double>(form.lowest)), " to ", number(static_cast<double>(form.highest))),
+                    {{{{"encoding", Encoding::view_z}}, {}, "are these distances (\"encoding\": \"view-z\")?"}}, {});
+    if (const auto [value, count] = commonest_number(subject); 2 * count > invalid - found.nan) {
+        const std::string key = number(value);
+        return told(
+            text(percent(count, found.pixels), " of the values are ", key),
+            {{{{"missing", value}}, "if that was not measured"},
+             {{{"background", value}},
+              {},
+              text("if nothing is there, \"background\": ", key,
+                   value == 0 ? ", which is Nuke's sky, whose values are 1/z (\"encoding\": \"inverse\")" : "")}},
+            {});
+    }
     if (counts_distances(camera.encoding) && camera.scale < 0 && 2 * found.inf > invalid - found.nan)
-        return text(percent(found.inf, found.pixels),
-                    " of the values are infinity, on the other side of 0 than \"scale\" "
-                    "has it; if nothing is there, say \"background\": \"infinity\"");
+        return told(text(percent(found.inf, found.pixels),
+                         " of the values are infinity, on the other side of 0 than \"scale\" has it"),
+                    {{{{"background", std::numeric_limits<double>::infinity()}}, "if nothing is there"}}, {});
     if (camera.encoding == Encoding::window)
-        return values + "; do clip_z, reversed and depth_range fit the program that wrote them?";
-    return values + "; fathom inspect shows what the camera makes of them";
+        return told(values, {}, "do clip_z, reversed and depth_range fit the program that wrote them?");
+    return told(values, {}, "fathom inspect shows what the camera makes of them");
 }
 
 Doubt invalid_doubt(const Subject& subject) {
@@ -316,19 +313,7 @@ Doubt invalid_doubt(const Subject& subject) {
     const StoredStatistics found = statistics_of(subject);
     if (!many(invalid - std::min(invalid, missing + found.nan)))
         return std::nullopt;
-    return text(percent(invalid, look.pixels), " of the pixels are invalid: ", reason(subject, found));
-}
-
-// The units of files that this image may have, of which `fits` is true, but for the one that the camera has.
-std::string units_of(const Camera& camera, const std::function<bool(double scale)>& fits) {
-    std::string units;
-    for (const auto& [scale, name] : {std::pair{0.001, "millimetres"},
-                                      {0.01, "centimetres"},
-                                      {0.0002, "those of TUM"},
-                                      {0.0001, "tenths of millimetres, as a D405 has"}})
-        if (scale != camera.scale && fits(scale))
-            units += text(units.empty() ? "" : ", ", number(scale), units.empty() ? " if they are " : " ", name);
-    return units.empty() ? "how many metres it has" : units;
+    return reason(subject, found, text(percent(invalid, look.pixels), " of the pixels are invalid: "));
 }
 
 // Distances in another unit.
@@ -338,68 +323,129 @@ Doubt unit_doubt(const Subject& subject, bool distances) {
     const bool floats = is_float(subject.storage);
     if (look.surfaces() == 0)
         return std::nullopt;
+    const auto told = [](std::string cause, std::vector<Cure> cures, std::string otherwise = {}) {
+        return Finding{Fault::unit, std::move(cause), std::move(cures), std::move(otherwise)};
+    };
     if (distances && !floats && camera.scale == 1 && look.nearest >= many_units)
-        return text("its integers count as scene units, so that depths run from ", number(look.nearest, 4), " to ",
-                    number(look.farthest, 4), "; if they are millimetres and a unit is a metre, say \"scale\": 0.001");
+        return told(text("its integers count as scene units, so that depths run from ", number(look.nearest, 4), " to ",
+                         number(look.farthest, 4)),
+                    {scale_cure(0.001, "if they are millimetres and a unit is a metre")});
     const auto nearer_than = [&](double metres) {
-        std::size_t count = 0;
-        subject.each([&](const HostDepth&, const HostFloats& z) {
-            for (int y = 0; y < z.height; ++y)
-                for (const float depth : row_of(z, y))
-                    count += static_cast<double>(depth) <= metres;
-        });
-        return count;
+        return count_depths(subject, [&](double z) { return z <= metres; });
     };
     if (distances && camera.usual_metres > 0 && static_cast<double>(look.farthest) > camera.usual_metres) {
         const std::size_t far = look.surfaces() - nearer_than(camera.usual_metres);
-        if (2 * far > look.surfaces())
-            return text(percent(far, look.surfaces()), " of the surfaces lie beyond ", number(camera.usual_metres),
-                        " metres, up to ", number(look.farthest, 4),
-                        ", where this source sees little; if the values are in another unit, say \"scale\": ",
-                        units_of(camera, [&](double scale) {
-                            return 2 * nearer_than(camera.usual_metres * camera.scale / scale) >= look.surfaces();
-                        }));
+        if (2 * far > look.surfaces()) {
+            std::vector<Cure> cures;
+            for (const auto& [scale, name] : {std::pair{0.001, "millimetres"},
+                                              {0.01, "centimetres"},
+                                              {0.00025, "quarters of millimetres"},
+                                              {0.0002, "those of TUM"},
+                                              {0.0001, "tenths of millimetres, as a D405 has"}})
+                if (scale != camera.scale &&
+                    2 * nearer_than(camera.usual_metres * camera.scale / scale) >= look.surfaces())
+                    cures.push_back(scale_cure(scale, text("if the values are ", name)));
+            const bool is_any = !cures.empty();
+            return told(text(percent(far, look.surfaces()), " of the surfaces lie beyond ", number(camera.usual_metres),
+                             " metres, up to ", number(look.farthest, 4), ", where this source sees little"),
+                        std::move(cures),
+                        is_any ? "" : "if the values are in another unit, say \"scale\": how many metres it has");
+        }
     }
     if (distances && camera.usual_metres > 0 && subject.storage == Storage::uint16 && camera.scale == 0.001 &&
         look.farthest < few_units)
-        return text("its integers count as millimetres and end at ", number(look.farthest, 4),
-                    " metres, nearer than such cameras see; say how long their unit is (\"scale\"), and save all of "
-                    "their bits");
+        return told(text("its integers count as millimetres and end at ", number(look.farthest, 4),
+                         " metres, nearer than such cameras see"),
+                    {}, "say how long their unit is (\"scale\"), and save all of their bits");
     // Cameras of depth count in millimetres, and TUM has saved five times as much.
     const std::array<std::size_t, 8>& ends = subject.changes.low_bits;
     const std::size_t codes = std::accumulate(ends.begin(), ends.end(), std::size_t{});
     const bool is_sensor = distances && camera.usual_metres == 10 && subject.storage == Storage::uint16;
     if (is_sensor && camera.scale == 0.001 && look.nearest >= nearest_of_fives && subject.changes.no_fives == 0 &&
         4 * subject.changes.odd_fives >= codes && to_an_edge * subject.changes.neighbours >= codes)
-        return text(
-            "its codes are multiples of 5, and nothing is nearer than ", number(look.nearest, 3),
-            " metres, as in TUM's depth, which has 5000 a metre; if it is such, say \"scale\": 0.0002, or --preset "
-            "tum");
+        return told(text("its codes are multiples of 5, and nothing is nearer than ", number(look.nearest, 3),
+                         " metres, as in TUM's depth, which has 5000 a metre"),
+                    {scale_cure(0.0002, {}, "if it is such, say \"scale\": 0.0002, or --preset tum")});
     if (is_sensor && camera.scale == 0.0002)
         if (const std::size_t near = nearer_than(half_too_near); 2 * near > look.surfaces())
-            return text(percent(near, look.surfaces()), " of the surfaces are nearer than ", number(half_too_near),
-                        " metres, where such cameras see little; if the codes are millimetres, say \"scale\": 0.001");
+            return told(text(percent(near, look.surfaces()), " of the surfaces are nearer than ", number(half_too_near),
+                             " metres, where such cameras see little"),
+                        {scale_cure(0.001, "if the codes are millimetres")});
     if (distances && floats && std::abs(camera.scale) < 0.1 && look.farthest < few_units)
-        return text("its floats times the scale of ", number(camera.scale), " are ", number(look.farthest, 4),
-                    " at most; floats are mostly scene units already, which is \"scale\": 1");
+        return told(text("its floats times the scale of ", number(camera.scale), " are ", number(look.farthest, 4),
+                         " at most; floats are mostly scene units already"),
+                    {scale_cure(1, {}, "which is \"scale\": 1")});
     if (camera.encoding == Encoding::inverse && camera.scale == 1 && look.farthest < few_units)
-        return text("depths run from ", number(look.nearest, 2), " to ", number(look.farthest, 2),
-                    ": 1 over the values, which looks like disparity without its \"scale\"; that is the baseline times "
-                    "the focal length in pixels");
+        return told(text("depths run from ", number(look.nearest, 2), " to ", number(look.farthest, 2),
+                         ": 1 over the values, which looks like disparity without its \"scale\""),
+                    {}, "that is the baseline times the focal length in pixels");
     return std::nullopt;
 }
 
-// Values of a depth buffer as distances.
-Doubt buffer_doubt(const Subject& subject) {
-    const Look& look = subject.look;
-    if (subject.camera.scale != 1 || look.surfaces() == 0 || look.farthest != 1 ||
-        !(look.nearest > 0 && look.nearest < 1))
+// What is seen of floats from 0 to exactly 1 that count as distances, though buffers end so, and hardly any scene.
+Doubt fractions_doubt(const Subject& subject, const auto& seen_of, const char* cure) {
+    if (!is_float(subject.storage) || !is_metric(subject.camera.encoding) || subject.camera.scale != 1 ||
+        subject.look.surfaces() == 0 || subject.changes.highest != 1)
         return std::nullopt;
     const StoredStatistics found = statistics_of(subject);
-    if (!(found.percentiles[1] > mostly_far))
+    const std::string seen = found.min >= 0 && found.min < 1 && found.max == 1 ? seen_of(found) : "";
+    if (seen.empty())
         return std::nullopt;
-    return text("the values run from ", number(found.min), " to 1, and 95 % are above ", number(found.percentiles[1]),
-                ", as in a depth buffer; if it is one, say \"encoding\": \"window\" with near and far");
+    return Finding{Fault::buffer, text("the values run from ", number(found.min), " to 1, and ", seen), {}, cure};
+}
+
+Doubt buffer_doubt(const Subject& subject) {
+    const auto seen = [&](const StoredStatistics& found) {
+        return subject.look.farthest == 1 && found.percentiles[1] > mostly_far
+                   ? text("95 % are above ", number(found.percentiles[1]), ", as in a depth buffer")
+                   : "";
+    };
+    return fractions_doubt(subject, seen, "if it is one, say \"encoding\": \"window\" with near and far");
+}
+
+Doubt normalised_doubt(const Subject& subject) {
+    const auto seen = [](const StoredStatistics& found) {
+        return static_cast<double>(found.at_largest) > many_at_one * static_cast<double>(found.pixels)
+                   ? text(percent(found.at_largest, found.pixels), " of the pixels hold 1, as in normalised depth")
+                   : "";
+    };
+    return fractions_doubt(subject, seen,
+                           "if they are no distances, say \"encoding\": \"linear\", or \"window\" for a depth buffer, "
+                           "with near and far");
+}
+
+// Edges that ramp over some pixels, as no surface makes them.
+Doubt soft_edges_doubt(const Subject& subject) {
+    if (subject.closely == Closely::some)
+        return std::nullopt;
+    constexpr int most_lines = 48; // rows, and columns
+    constexpr float part = 0.05f;  // of 1/z, or of the range of z
+    const HostDepth& whole = subject.whole;
+    const bool inverse = subject.camera.lens || subject.camera.projection.is_perspective();
+    const float least = inverse ? 0 : part * (subject.look.farthest - subject.look.nearest);
+    EdgeCounts edges;
+    const auto count = [&](const HostDepth& line, int x, int y, int across, int down) {
+        std::vector<float> nearness;
+        visit_values(line, [&](float value, std::uint32_t bits) {
+            const float z = subject.depth(x, y, value, bits);
+            nearness.push_back(inverse ? 1 / z : -z);
+            x += across;
+            y += down;
+        });
+        edges.add(nearness, least, inverse ? part : 0);
+    };
+    for (int y = 0; y < whole.height; y += 1 + whole.height / most_lines)
+        count(part_of(whole, 0, y, whole.width, 1), 0, y, 1, 0);
+    for (int x = 0; x < whole.width; x += 1 + whole.width / most_lines)
+        count(part_of(whole, x, 0, 1, whole.height), x, 0, 0, 1);
+    if (!edges.are_soft() || edges.soft < 6 * edges.hard)
+        return std::nullopt;
+    return Finding{Fault::filtered,
+                   text(percent(edges.soft, edges.soft + edges.hard),
+                        " of its edges are ramps of some pixels, as in depth that was averaged, enlarged, or made by a "
+                        "network"),
+                   {},
+                   "--edges sharpen makes them hard"};
 }
 
 // The value of a sky as a distance.
@@ -408,84 +454,99 @@ Doubt sky_doubt(const Subject& subject) {
     const bool known = subject.camera.encoding == Encoding::view_z && subject.camera.scale == 1;
     const double farthest = known ? static_cast<double>(look.farthest) : farthest_finite(subject),
                  value = subject.camera.scale < 0 ? -farthest : farthest;
+    const auto stored = static_cast<float>(value);
     if (!(farthest == 65504 || farthest >= 1e9) ||
-        (subject.camera.background && static_cast<float>(*subject.camera.background) == static_cast<float>(value)))
+        kind_of(form_of(subject.camera, subject.storage), stored, bits_of_value(stored, subject.storage)) ==
+            StoredKind::background)
         return std::nullopt;
     Camera counted = subject.camera;
     counted.background_from = value;
     const std::size_t far_away = count_of(StoredKind::background, counted, subject);
     if (!(static_cast<double>(far_away) > many_far * static_cast<double>(look.pixels)))
         return std::nullopt;
-    return text(percent(far_away, look.pixels), " of the pixels hold ", number(value),
-                ", which renderers write where nothing is, and which counts as a surface here; if so, say "
-                "\"background_from\": ",
-                number(value));
+    return Finding{Fault::number,
+                   text(percent(far_away, look.pixels), " of the pixels hold ", number(value),
+                        ", which renderers write where nothing is, and which counts as a surface here"),
+                   {{{{"background_from", value}}, "if so"}}};
 }
 
 } // namespace
 
-Doubt refusal(const Subject& subject) {
-    if (invalid_of(subject) == subject.look.pixels)
-        return "no pixel has a depth: " + reason(subject, statistics_of(subject));
-    if (const Doubt halves = half_bits_doubt(subject))
-        return halves;
-    return eight_bits_doubt(subject);
+Doubt near_and_far_doubt(const Camera& camera, const std::array<std::optional<double>, 2>& of_file) {
+    constexpr double rounding = 1e-3;
+    const auto clip = clip_distances(camera);
+    const std::array own{clip ? clip->first : camera.near_plane, clip ? clip->second : camera.far_plane};
+    std::vector<Key> keys;
+    std::string ours;
+    for (const std::size_t i : {0, 1})
+        if (of_file.at(i) && own.at(i) && !(std::abs(*own.at(i) / *of_file.at(i) - 1) < rounding)) {
+            keys.push_back({i == 0 ? "near" : "far", *of_file.at(i)});
+            ours += text(ours.empty() ? "" : ", ", keys.back().name, " = ", number(*own.at(i)));
+        }
+    if (keys.empty() || is_metric(camera.encoding))
+        return std::nullopt;
+    return Finding{
+        Fault::range, text("the text of the file says other ends than the camera, which has ", ours), {{keys}}};
 }
 
-std::vector<std::string> doubts(const Subject& subject) {
-    if (const Doubt refused = refusal(subject)) // whatever else is seen follows from it
-        return {*refused};
+Doubt refusal(const Subject& subject) {
+    if (invalid_of(subject) == subject.look.pixels) {
+        Finding why = reason(subject, statistics_of(subject), "no pixel has a depth: ");
+        why.fault = Fault::nothing_measured;
+        return why;
+    }
+    return no_depth_doubt(subject);
+}
+
+std::vector<Finding> untried_doubts(const Subject& subject) {
     const Camera& camera = subject.camera;
     const bool distances = counts_distances(camera.encoding), float_distances = distances && is_float(subject.storage);
-    std::vector<std::string> said;
+    std::vector<Finding> said;
     const auto add = [&](const Doubt& doubt) {
         if (doubt)
             said.push_back(*doubt);
         return doubt.has_value();
     };
-    const bool is_invalid = add(invalid_doubt(subject));
-    const std::vector<std::string> of_another = other_source_doubts(subject);
-    if (of_another.empty())
+    // What the codes are comes first: all else that is seen follows from it.
+    if (add(bits_doubt(subject)) || add(picture_doubt(subject)) || add(panorama_doubt(subject)))
+        return said;
+    const bool is_invalid = add(invalid_doubt(subject)), is_buffer = add(buffer_doubt(subject));
+    const bool is_bent = !is_buffer &&
+                         (!is_invalid || camera.lens) && // behind the camera values along its axis are below 0
+                         add(flat_surfaces_doubt(subject));
+    if (!is_bent || !said.back().has_no_unit)
         add(unit_doubt(subject, distances));
-    const bool is_buffer = float_distances && add(buffer_doubt(subject));
-    if (float_distances && !camera.background_from && !camera.background_from_largest_half)
+    if (float_distances)
         add(sky_doubt(subject));
     if (!is_invalid) // or holes would be told twice
         add(special_number_doubt(subject));
-    add(filtered_doubt(subject));
-    if (!is_buffer && (!is_invalid || camera.lens)) // behind the camera values along its axis are below 0
-        add(flat_surfaces_doubt(subject));
-    add(photograph_doubt(subject));
-    said.insert(said.end(), of_another.begin(), of_another.end());
+    if (!add(filtered_doubt(subject)) && !is_bent)
+        add(soft_edges_doubt(subject));
     add(projection_doubt(camera.projection));
     if (said.empty()) {
         add(range_doubt(subject));
         add(clipped_doubt(subject));
     }
-    for (const std::string& doubt : lens_mistakes(camera))
-        add(doubt);
+    if (said.empty())
+        add(normalised_doubt(subject));
     return said;
 }
 
 namespace {
 
-// Asks about the whole image.
-template <typename Ask>
-auto asked_of(const Camera& camera, const HostDepth& stored, const Ask& ask) {
+std::vector<std::string> in_words(const std::vector<Finding>& findings) {
+    std::vector<std::string> said;
+    for (const Finding& finding : findings)
+        said.push_back(in_words(finding));
+    return said;
+}
+
+std::vector<std::string> doubts_of(const Camera& camera, const HostDepth& stored, Closely closely) {
     check_size(camera, stored);
-    const auto decode = decoder(camera, stored.storage);
-    std::vector<float> z;
-    z.reserve(static_cast<std::size_t>(stored.width) * static_cast<std::size_t>(stored.height));
-    for (int y = 0; y < stored.height; ++y) {
-        int x = 0;
-        visit_values(part_of(stored, 0, y, stored.width, 1),
-                     [&](float value, std::uint32_t bits) { z.push_back(decode(x++, y, value, bits)); });
-    }
-    const HostFloats distances{z.data(), stored.width, stored.height};
-    Subject subject(camera, stored.storage);
-    subject.add(stored, distances);
-    subject.each = [&](const auto& visit) { visit(stored, distances); };
-    return ask(subject);
+    const Subject subject(camera, stored, closely);
+    if (subject.look.invalid == subject.look.pixels) // what was measured may lie between
+        return in_words(doubts(Subject(camera, stored, Closely::whole)));
+    return in_words(doubts(subject));
 }
 
 } // namespace
@@ -500,62 +561,51 @@ UnsaidDoubts unsaid_doubts(const HostDepth& stored, bool backwards, double backg
     camera.missing = 0;
     if (std::isfinite(background_from))
         camera.background_from = backwards ? -background_from : background_from;
-    return asked_of(camera, stored, [](const Subject& subject) {
-        return UnsaidDoubts{half_bits_doubt(subject), special_number_doubt(subject)};
-    });
+    const Subject subject(camera, stored, Closely::most);
+    UnsaidDoubts found{no_depth_doubt(subject), special_number_doubt(subject)};
+    if (!found.bits)
+        found.bits = bits_doubt(subject);
+    return found;
 }
 
 std::vector<std::string> depth_doubts(const Camera& camera, const HostDepth& stored) {
-    return asked_of(camera, stored, doubts);
+    return doubts_of(camera, stored, Closely::most);
+}
+
+DepthSketch sketch_of(const HostDepth& stored) {
+    constexpr int side = 16;
+    std::vector<double> values;
+    for (int y = 0; y < stored.height; y += 1 + stored.height / side)
+        for (int x = 0; x < stored.width; x += 1 + stored.width / side)
+            visit_values(part_of(stored, x, y, 1, 1), [&](float value, std::uint32_t) {
+                if (std::isfinite(value) && value != 0)
+                    values.push_back(std::abs(static_cast<double>(value)));
+            });
+    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+    std::ranges::nth_element(values, middle);
+    return {stored.storage, stored.width, stored.height, values.empty() ? 0 : *middle};
+}
+
+bool are_alike(const DepthSketch& one, const DepthSketch& other) {
+    const auto [less, more] = std::minmax(one.typical, other.typical);
+    return one.storage == other.storage && one.width == other.width && one.height == other.height && more <= 4 * less;
 }
 
 std::vector<std::string> radius_doubts(const Camera& camera, const HostDepth& stored, double radius) {
     description::Check{}("radius", radius, description::ssao_radius);
-    return asked_of(camera, stored, [&](const Subject& subject) { return radius_doubts(subject, radius); });
+    check_size(camera, stored);
+    return radius_doubts(Subject(camera, stored, Closely::most), radius);
 }
 
 std::vector<std::string> lens_doubts(const Camera& camera, const HostDepth& stored, const LensArguments& lens,
                                      const CircleOfConfusion& circle, Sky sky, double max_coc_px,
                                      const LensWords& words) {
-    return asked_of(camera, stored,
-                    [&](const Subject& subject) { return lens_doubts(subject, lens, circle, sky, max_coc_px, words); });
+    check_size(camera, stored);
+    return lens_doubts(Subject(camera, stored, Closely::most), lens, circle, sky, max_coc_px, words);
 }
 
 std::vector<std::string> depth_doubts_of_sample(const Camera& camera, const HostDepth& stored) {
-    constexpr int most_windows = 2, growth = 4, columns = 24, rows = 16, most_of_numbers = 240, rows_of_numbers = 40;
-    check_size(camera, stored);
-    const auto decode = decoder(camera, stored.storage);
-    Subject subject(camera, stored.storage, most_windows, growth);
-    const auto look_at = [&](int x, int y, const auto& put) {
-        visit_values(part_of(stored, x, y, 1, 1),
-                     [&](float value, std::uint32_t bits) { put(value, decode(x, y, value, bits)); });
-    };
-    for (Sampled& sampled : subject.windows)
-        for (int i = 0; i < Window::size; ++i)
-            look_at(sampled.window.x(i), sampled.window.y(i), [&](float value, float depth) {
-                sampled.values[static_cast<std::size_t>(i)] = value;
-                sampled.z[static_cast<std::size_t>(i)] = depth;
-            });
-    std::vector<std::byte> pixels; // side by side, so that each of the questions goes through them at once
-    std::vector<float> z;
-    const int across = std::max(1, stored.width / columns), down = std::max(1, stored.height / rows);
-    for (int y = down / 2; y < stored.height; y += down)
-        for (int x = across / 2; x < stored.width; x += across) {
-            const auto* first = static_cast<const std::byte*>(part_of(stored, x, y, 1, 1).data);
-            pixels.insert(pixels.end(), first, first + pixel_bytes(stored.storage));
-            look_at(x, y, [&](float, float depth) { z.push_back(depth); });
-        }
-    const HostDepth sampled{pixels.data(), static_cast<int>(z.size()), 1, pixels.size(), stored.storage};
-    const HostFloats distances{z.data(), sampled.width, 1};
-    subject.look.add(distances);
-    for (int y = down; y < stored.height; y += 5 * down)
-        subject.add_row(part_of(stored, 0, y, stored.width, 1));
-    for (int y = 0; y < stored.height; y += std::max(1, stored.height / rows_of_numbers))
-        subject.numbers.add_some(part_of(stored, 0, y, stored.width, 1), std::max(1, stored.width / most_of_numbers));
-    subject.each = [&](const auto& visit) { visit(sampled, distances); };
-    if (subject.look.invalid == subject.look.pixels && !is_measured(subject)) // what was measured may lie between
-        return {};
-    return doubts(subject);
+    return doubts_of(camera, stored, Closely::some);
 }
 
 } // namespace fathom

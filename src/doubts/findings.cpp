@@ -9,11 +9,6 @@
 #include "text.hpp"
 
 #include <algorithm>
-#include <array>
-#include <bit>
-#include <cstdint>
-#include <limits>
-#include <map>
 #include <utility>
 #include <vector>
 
@@ -99,29 +94,6 @@ std::vector<SurfacePoint> surfaces_of(const CameraFindings& findings, std::span<
     return surfaces;
 }
 
-// Numbers that are in the order of the values. 0 and -0 have the same one.
-std::uint32_t ordered_bits(float value) {
-    const auto bits = std::bit_cast<std::uint32_t>(value + 0.0f);
-    return bits >> 31 ? ~bits : bits | 0x80000000u;
-}
-
-float of_ordered_bits(std::uint32_t bits) {
-    return std::bit_cast<float>(bits >> 31 ? bits & 0x7fffffffu : ~bits);
-}
-
-// Where a rank leads in counts of values that are in order.
-struct RankPlace {
-    std::uint32_t index;
-    std::size_t rank; // among the values that are counted there
-};
-
-RankPlace place_of_rank(const std::vector<std::size_t>& counts, std::size_t rank) {
-    std::uint32_t index = 0;
-    for (; rank >= counts[index]; ++index)
-        rank -= counts[index];
-    return {index, rank};
-}
-
 LensFindings lens_findings(const Camera& camera) {
     const lens::CameraLens lens(camera);
     LensFindings found{.fold = lens.laws().fold()};
@@ -139,58 +111,33 @@ LensFindings lens_findings(const Camera& camera) {
 } // namespace
 
 StoredStatistics stored_statistics(const HostDepth& stored) {
-    return statistics_of_parts(stored.storage, [&](const auto& visit) { visit(stored); });
-}
-
-// A value's rank follows from the counts of the upper halves of the values' bits, and among those that share them, of the lower.
-StoredStatistics statistics_of_parts(Storage storage, const EachPart& each_part) {
     StoredStatistics result;
     result.percentiles.fill(NAN);
-    std::vector<std::size_t> upper(1 << 16);
-    const auto largest = static_cast<float>(storage_max(storage));
-    float min = std::numeric_limits<float>::infinity(), max = -min;
-    each_part([&](const HostDepth& part) {
-        visit_values(part, [&](float value, std::uint32_t) {
-            ++result.pixels;
-            result.nan += std::isnan(value);
-            result.inf += std::isinf(value) && value > 0;
-            result.minus_inf += std::isinf(value) && value < 0;
-            result.at_zero += value == 0;
-            result.at_largest += value == largest;
-            if (!std::isfinite(value))
-                return;
-            min = std::min(min, value);
-            max = std::max(max, value);
-            ++upper[ordered_bits(value) >> 16];
-        });
+    const auto largest = static_cast<float>(storage_max(stored.storage));
+    std::vector<float> finite;
+    visit_values(stored, [&](float value, std::uint32_t) {
+        ++result.pixels;
+        result.nan += std::isnan(value);
+        result.inf += std::isinf(value) && value > 0;
+        result.minus_inf += std::isinf(value) && value < 0;
+        result.at_zero += value == 0;
+        result.at_largest += value == largest;
+        if (std::isfinite(value))
+            finite.push_back(value);
     });
-    const std::size_t finite = result.pixels - result.nan - result.inf - result.minus_inf;
-    if (finite == 0)
+    if (finite.empty())
         return result;
+    auto from = finite.begin();
+    for (std::size_t i = 0; i < stored_percents.size(); ++i) { // in ascending order
+        const auto nearest_rank = (finite.size() * static_cast<std::size_t>(stored_percents[i]) + 99) / 100;
+        const auto at = finite.begin() + static_cast<std::ptrdiff_t>(std::max<std::size_t>(nearest_rank, 1) - 1);
+        std::nth_element(from, at, finite.end());
+        result.percentiles[i] = *at;
+        from = at;
+    }
+    const auto [min, max] = std::ranges::minmax(finite);
     result.min = min;
     result.max = max;
-
-    std::array<RankPlace, stored_percents.size()> places{};
-    std::map<std::uint32_t, std::vector<std::size_t>> lower; // of the upper halves that are asked for
-    for (std::size_t i = 0; i < stored_percents.size(); ++i) {
-        const auto nearest = (finite * static_cast<std::size_t>(stored_percents[i]) + 99) / 100;
-        places[i] = place_of_rank(upper, std::max<std::size_t>(nearest, 1) - 1);
-        lower[places[i].index].resize(1 << 16);
-    }
-    std::vector<std::size_t*> counts(1 << 16);
-    for (auto& [bits, count] : lower)
-        counts[bits] = count.data();
-    each_part([&](const HostDepth& part) {
-        visit_values(part, [&](float value, std::uint32_t) {
-            const std::uint32_t bits = ordered_bits(value);
-            if (std::size_t* count = counts[bits >> 16]; count && std::isfinite(value))
-                ++count[bits & 0xffff];
-        });
-    });
-    for (std::size_t i = 0; i < places.size(); ++i) {
-        const auto [bits, rank] = places[i];
-        result.percentiles[i] = of_ordered_bits(bits << 16 | place_of_rank(lower[bits], rank).index);
-    }
     return result;
 }
 

@@ -129,11 +129,7 @@ std::vector<std::string> circle_doubts(const Subject& subject, const CircleOfCon
     const std::size_t blurred_sky = sky == Sky::blur ? look.background : 0, circles = look.surfaces() + blurred_sky;
     std::size_t ended = width_at(circle, sky_depth) > max_coc_px ? blurred_sky : 0;
     if (widest_shown(circle, look, Sky::sharp) > max_coc_px)
-        subject.each([&](const HostDepth&, const HostFloats& z) {
-            for (int y = 0; y < z.height; ++y)
-                for (const float depth : row_of(z, y))
-                    ended += std::isfinite(depth) && width_at(circle, static_cast<double>(depth)) > max_coc_px;
-        });
+        ended += count_depths(subject, [&](double z) { return std::isfinite(z) && width_at(circle, z) > max_coc_px; });
     if (circles > 0 && widest < 1)
         return {text("no circle of confusion is a pixel wide: the largest has ", number(widest, 2),
                      ", so that nothing is blurred; ", cure)};

@@ -15,53 +15,20 @@ namespace {
 
 constexpr std::size_t most_of_a_map = 300; // colours: 256, a sky and some more
 
-// In lanes, which compilers work on at once: they do not reorder a minimum of floats themselves.
-Look look_of(const HostFloats& floats) {
-    constexpr std::size_t lanes = 16;
-    constexpr float infinity = std::numeric_limits<float>::infinity();
-    std::array<float, lanes> least{}, greatest{};
-    least.fill(infinity);
-    greatest.fill(-infinity);
-    Look all;
-    all.pixels = static_cast<std::size_t>(floats.width) * static_cast<std::size_t>(floats.height);
-    for (int y = 0; y < floats.height; ++y) {
-        std::array<std::int32_t, lanes> nan{}, infinite{};
-        const auto count = [&](float value, std::size_t lane) {
-            nan[lane] += value != value;
-            infinite[lane] += value == infinity;
-            const float low = value > -infinity ? value : infinity, high = value < infinity ? value : -infinity;
-            least[lane] = low < least[lane] ? low : least[lane];
-            greatest[lane] = high > greatest[lane] ? high : greatest[lane];
-        };
-        const std::span<const float> row = row_of(floats, y);
-        std::size_t x = 0;
-        for (; x + lanes <= row.size(); x += lanes)
-            for (std::size_t lane = 0; lane < lanes; ++lane)
-                count(row[x + lane], lane);
-        for (; x < row.size(); ++x)
-            count(row[x], 0);
-        for (std::size_t lane = 0; lane < lanes; ++lane) {
-            all.invalid += static_cast<std::size_t>(nan[lane]);
-            all.background += static_cast<std::size_t>(infinite[lane]);
-        }
-    }
-    all.nearest = *std::ranges::min_element(least);
-    all.farthest = *std::ranges::max_element(greatest);
-    return all;
-}
-
 } // namespace
 
 void Look::add(const HostFloats& more) {
-    const bool is_first = surfaces() == 0;
-    const Look next = look_of(more);
-    pixels += next.pixels;
-    invalid += next.invalid;
-    background += next.background;
-    if (next.surfaces() == 0)
-        return;
-    nearest = is_first ? next.nearest : std::min(nearest, next.nearest);
-    farthest = is_first ? next.farthest : std::max(farthest, next.farthest);
+    for (int y = 0; y < more.height; ++y)
+        for (const float z : row_of(more, y)) {
+            const bool is_first = surfaces() == 0;
+            ++pixels;
+            invalid += std::isnan(z);
+            background += z == std::numeric_limits<float>::infinity();
+            if (!std::isfinite(z))
+                continue;
+            nearest = is_first ? z : std::min(nearest, z);
+            farthest = is_first ? z : std::max(farthest, z);
+        }
 }
 
 void ValueChanges::add(const HostDepth& row) {
@@ -83,6 +50,7 @@ void ValueChanges::add(const HostDepth& row) {
 void ValueChanges::add_bytes(const HostDepth& row) {
     const bool first_is_high = row.storage == Storage::bgr8_red_low || row.storage == Storage::rgb8_red_high;
     const std::uint8_t* last = nullptr;
+    int last_change = 0;              // of the code
     std::array<int, 2> before_wrap{}; // how both bytes changed last
     visit_pixels<std::uint8_t>(row, 3, [&](const std::uint8_t* bytes) {
         if (last) {
@@ -92,6 +60,9 @@ void ValueChanges::add_bytes(const HostDepth& row) {
             steps += is_step;
             alike += is_step && std::abs(below) <= smooth;
             carried += is_step && std::abs(256 * step + below) < 96;
+            const int lowest = bytes[2 - high] - last[2 - high], change = 65536 * step + 256 * below + lowest;
+            straight += is_step && std::abs(lowest) > smooth && std::abs(change - last_change) < 4096; // 1/16 of a step
+            last_change = change;
             if (is_step)
                 stepping.set(bytes[high]);
             for (const int end : {high, 2 - high}) {
@@ -143,6 +114,7 @@ void ValueChanges::add_codes(const HostDepth& row) {
             add_neighbours(codes_before_[x], codes[x]);
     }
     for (const std::uint32_t code : codes) {
+        lower_bytes.set(code & 0xff);
         const bool is_end = code == 0 || code == 0x8000 || code == 0xfc00 || (code >= 0x7c00 && code <= 0x7e00);
         const bool is_half = !is_end && code >= 0x2800 && code < 0x7c00; // from 1/32 on
         half_ends += code == 0x7c00;
@@ -166,7 +138,15 @@ void ValueChanges::add_neighbours(std::uint32_t one, std::uint32_t other) {
         return std::abs(code(one) - code(other));
     };
     neighbours += one != other;
+    constexpr int little = 256; // beside flags
     const int change = between(0);
+    // A fourth of them says as much.
+    for (std::size_t i = 0; i < rotations.size() && one != other && neighbours % 4 == 0; ++i)
+        change_bits[i] += static_cast<std::size_t>(std::bit_width(static_cast<unsigned>(between(rotations[i]))));
+    if (((one ^ other) & 0xe000) != 0) {
+        ++differ_above;
+        alike_below_13 += std::abs(int(one & 0x1fff) - int(other & 0x1fff)) <= little;
+    }
     const bool is_other_end = ((one ^ other) & 7) != 0, is_jump = change >= jump;
     if (!is_other_end && !is_jump)
         return;
@@ -178,6 +158,13 @@ void ValueChanges::add_neighbours(std::uint32_t one, std::uint32_t other) {
 
 bool ValueChanges::may_be_halves() const {
     return half_codes > 64 && 100 * no_half_codes <= half_codes;
+}
+
+bool ValueChanges::are_of_base_255() const {
+    constexpr std::size_t nearly_all = 250, enough = 4096; // values, and pixels
+    return pixels_of_three >= enough && std::ranges::all_of(values_below, [](const auto& seen) {
+               return seen.count() >= nearly_all && seen[254] && !seen[255];
+           });
 }
 
 bool ValueChanges::are_turned_round() const {
@@ -193,7 +180,7 @@ bool ValueChanges::are_of_one_channel(bool is_buffer) const {
 }
 
 bool ValueChanges::are_of_a_picture(bool is_buffer) const {
-    if (are_turned_round())
+    if (are_turned_round() || (steps > 64 && 2 * straight > steps))
         return false;
     if (are_of_one_channel(is_buffer))
         return true;
@@ -211,39 +198,89 @@ bool ValueChanges::are_of_a_picture(bool is_buffer) const {
            33 * carried < steps;
 }
 
-Subject::Subject(const Camera& seen, Storage stored_as, int most, int growth)
-    : camera(seen), storage(stored_as), numbers(seen, stored_as) {
+Subject::Subject(const Camera& seen, const HostDepth& stored, Closely closely)
+    : Subject(seen, stored, HostFloats{}, closely) {}
+
+Subject::Subject(const Camera& seen, const HostDepth& stored, const HostFloats& z, Closely how)
+    : camera(seen), storage(stored.storage), closely(how), whole(stored), numbers(seen, stored),
+      form_(depth_form(straightened(seen), stored.storage)), rays_(is_along_ray(form_) ? camera_rays(seen) : Rays{}),
+      given_(z) {
+    std::ranges::transform(form_.numerator, numerator_.begin(), [](long double v) { return static_cast<double>(v); });
+    std::ranges::transform(form_.denominator, denominator_.begin(),
+                           [](long double v) { return static_cast<double>(v); });
+    const bool is_some = closely == Closely::some;
     // Large windows see the curvature of values that are rounded or noisy, and small ones lie between the edges of narrow surfaces.
-    for (int side = Window::across; side <= std::min(seen.width, seen.height); side *= growth)
-        for (const Window& window : windows_of(seen.width, seen.height, side, side, most))
-            windows.push_back({window});
-}
-
-void Subject::add_row(const HostDepth& row) {
-    changes.add(row);
-    numbers.add(row);
-}
-
-void Subject::add(const HostDepth& values, const HostFloats& z) {
-    look.add(z);
-    for (Sampled& sampled : windows) {
-        const Window& window = sampled.window;
-        if (window.top >= rows_ + values.height || window.top + window.height <= rows_)
-            continue;
-        for (int i = 0; i < Window::size; ++i) {
-            const int x = window.x(i), y = window.y(i) - rows_;
-            const auto at = static_cast<std::size_t>(i);
-            if (y < 0 || y >= values.height)
-                continue;
-            visit_values(part_of(values, x, y, 1, 1), [&](float value, std::uint32_t) { sampled.values[at] = value; });
-            sampled.z[at] = row_of(z, y)[static_cast<std::size_t>(x)];
+    const int most_windows = is_some ? 2 : 12, growth = is_some ? 4 : 2;
+    const int smallest = is_some && std::min(whole.width, whole.height) >= 256 ? 4 * Window::across : Window::across;
+    for (int side = smallest; side <= std::min(whole.width, whole.height); side *= growth)
+        for (const Window& window : windows_of(whole.width, whole.height, side, side, most_windows)) {
+            Sampled& sampled = windows.emplace_back(Sampled{window});
+            for (int i = 0; i < Window::size; ++i)
+                visit_values(part_of(whole, window.x(i), window.y(i), 1, 1), [&](float value, std::uint32_t bits) {
+                    sampled.values[static_cast<std::size_t>(i)] = value;
+                    sampled.z[static_cast<std::size_t>(i)] = depth(window.x(i), window.y(i), value, bits);
+                });
         }
+    if (!given_.data || closely != Closely::whole)
+        take_sample(is_some                    ? 24
+                    : closely == Closely::most ? 320
+                                               : whole.width,
+                    is_some                    ? 24
+                    : closely == Closely::most ? 180
+                                               : whole.height);
+    look.add(this->z());
+    // Neighbours count in rows, of which a few tell as much as all.
+    const int most_rows = is_some ? 2 : 128, every = 1 + whole.height / most_rows;
+    for (int y = is_some ? every / 2 : 0; y < whole.height; y += every) {
+        const HostDepth row = part_of(whole, 0, y, whole.width, 1);
+        changes.add(row);
+        numbers.add(row);
     }
-    constexpr int most_rows = 128;
-    for (int y = 0; y < values.height; ++y)
-        if ((rows_ + y) % (1 + camera.height / most_rows) == 0)
-            add_row(part_of(values, 0, y, values.width, 1));
-    rows_ += values.height;
+    if (is_some)
+        for (int y = 0; y < whole.height; y += std::max(1, whole.height / 24))
+            numbers.add_some(part_of(whole, 0, y, whole.width, 1), std::max(1, whole.width / 240));
+}
+
+void Subject::take_sample(int columns, int rows) {
+    const int across = std::max(1, whole.width / columns), down = std::max(1, whole.height / rows);
+    for (int y = down / 2; y < whole.height; y += down)
+        for (int x = across / 2; x < whole.width; x += across) {
+            const HostDepth pixel = part_of(whole, x, y, 1, 1);
+            const auto* first = static_cast<const std::byte*>(pixel.data);
+            sample_.insert(sample_.end(), first, first + pixel_bytes(storage));
+            visit_values(pixel, [&](float value, std::uint32_t bits) { depths_.push_back(depth(x, y, value, bits)); });
+        }
+}
+
+HostDepth Subject::values() const {
+    return sample_.empty() ? whole
+                           : HostDepth{sample_.data(), static_cast<int>(depths_.size()), 1, sample_.size(), storage};
+}
+
+HostFloats Subject::z() const {
+    return sample_.empty() ? given_ : HostFloats{depths_.data(), static_cast<int>(depths_.size()), 1};
+}
+
+float Subject::depth(int x, int y, float value, std::uint32_t bits) const {
+    if (given_.data)
+        return row_of(given_, y)[static_cast<std::size_t>(x)];
+    constexpr float invalid = std::numeric_limits<float>::quiet_NaN();
+    const StoredKind kind = kind_of(form_, value, bits);
+    if (kind == StoredKind::background)
+        return std::numeric_limits<float>::infinity();
+    if (kind == StoredKind::missing || !(value >= form_.lowest && value <= form_.highest))
+        return invalid;
+    if (std::isinf(value) && (form_.form == Form::affine || form_.form == Form::ray_distance))
+        return form_.farther * value > 0 ? form_.farther * value : invalid; // sums of it would be NaN
+    const auto v = static_cast<double>(value);
+    const auto sum = [&](const std::array<double, 4>& row) {
+        return row[0] * v + row[1] * (x + 0.5) + row[2] * (y + 0.5) + row[3];
+    };
+    const bool is_quotient =
+        form_.form != Form::exponential && !is_along_ray(form_); // which needs no long doubles here
+    const auto z = static_cast<float>(is_quotient ? sum(numerator_) / sum(denominator_)
+                                                  : static_cast<double>(view_depth(form_, rays_, x + 0.5, y + 0.5, v)));
+    return z > form_.least_depth ? z : invalid;
 }
 
 } // namespace fathom

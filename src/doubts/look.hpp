@@ -1,6 +1,8 @@
 #pragma once
 
-#include "doubts/plane_fits.hpp"
+#include "camera/form.hpp"
+#include "doubts/finding.hpp"
+#include "doubts/planes.hpp"
 
 #include <fathom/findings.hpp>
 #include <fathom/photograph.hpp>
@@ -46,18 +48,13 @@ inline std::span<const float> row_of(const HostFloats& image, int y) {
     return {image.data + static_cast<std::size_t>(y) * (image.row_stride > 0 ? image.row_stride : row), row};
 }
 
-/// A window with its samples, which tell whether a surface is flat there.
-struct Sampled {
-    Window window;
-    std::array<float, Window::size> values{}, z{};
-};
-
 /// How stored values change from a pixel to the next one of its row.
 struct ValueChanges {
     float least_second = std::numeric_limits<float>::infinity(); ///< difference, of those that are not 0
     float highest = 0;                                           ///< value
     std::size_t steps = 0, alike = 0,
                 carried = 0;               ///< of the highest byte by 16 at most; the byte below, too; or as a sum does
+    std::size_t straight = 0;              ///< of these, where the sum goes on as before, and its lowest byte jumps
     std::bitset<256> stepping;             ///< highest bytes of steps
     std::array<std::size_t, 8> low_bits{}; ///< codes other than 0 by their three lowest bits
     std::size_t no_fives = 0, odd_fives = 0; ///< codes that are no multiple of 5, and that are an odd one
@@ -65,6 +62,12 @@ struct ValueChanges {
     /// Of neighbours of 16 bits that differ: all; those whose lowest bits differ; of these the ones that are alike as they are;
     /// and of all those that are alike only if their bits are rotated right by three, and left.
     std::size_t neighbours = 0, differ_below = 0, alike_below = 0, alike_right = 0, alike_left = 0;
+    /// Bits of how neighbours change that differ, as they are and once all bits are rotated left: the right rotation has the fewest.
+    static constexpr std::array<int, 5> rotations{0, 8, -5, -3, 3};
+    std::array<std::size_t, rotations.size()> change_bits{};
+    /// Of those whose upper three bits differ, all, and those that are alike without these bits.
+    std::size_t differ_above = 0, alike_below_13 = 0;
+    std::bitset<256> lower_bytes = {}; ///< of codes of 16 bits
 
     std::size_t half_codes = 0, half_ends = 0,
                 no_half_codes = 0;  ///< as bits of half floats: of lengths, of infinity, of neither
@@ -89,6 +92,9 @@ struct ValueChanges {
     /// Of a depth buffer they may all lie in the last 256th of the range.
     bool are_of_a_picture(bool is_buffer = false) const;
 
+    /// Do the lower two of three bytes take all values up to 254, and never 255?
+    bool are_of_base_255() const;
+
     /// Do three bytes count up as if the lowest were the highest?
     bool are_turned_round() const;
 
@@ -111,8 +117,10 @@ struct FilteredBorders {
 
 /// Borders of pixels without depth along lines of an image.
 struct LineBorders {
+    float least_gap = 0; ///< between what has no depth and the surface, in stored units
     /// On either side of them: for filters that blend, and that go beyond both, too.
     std::array<FilteredBorders, 2> blended = {}, swinging = {};
+    FilteredBorders of_background = {}; ///< beside which one value of what has no depth differs from all others
     FilteredBorders far_off =
         {}; ///< those of numbers that are far off from the surface, on both sides, of filters that blend
 
@@ -137,7 +145,9 @@ struct SharedNumbers {
     LineBorders borders = {}; ///< of rows
 
     SharedNumbers() = default;
-    SharedNumbers(const Camera& camera, Storage storage);
+
+    /// `stored`: where numbers are looked for that many pixels share, at an end of all.
+    SharedNumbers(const Camera& camera, const HostDepth& stored);
     void add(const HostDepth& row);
 
     /// Looks at the numbers in every so many pixels of a row, and in no borders.
@@ -160,70 +170,108 @@ private:
     std::bitset<marks> marks_ = {};  ///< of the numbers: most other values have none
 };
 
-/// Depth that is taken some rows after the others, and what is to be seen in it.
+/// How closely an image is looked at.
+enum class Closely {
+    some,  ///< a few thousand pixels, spread evenly, and some rows
+    most,  ///< some fifty thousand, and all windows
+    whole, ///< all
+};
+
+/// What is to be seen in an image as a camera describes it.
 struct Subject {
     Camera camera; ///< of the whole image
     Storage storage = Storage::float32;
+    Closely closely = Closely::whole;
+    HostDepth whole = {};
     Look look = {};
     ValueChanges changes = {};
     SharedNumbers numbers = {};
     std::vector<Sampled> windows = {};
-    /// Goes through it again, in any parts. Of `z` +infinity is background, and NaN invalid.
-    std::function<void(const std::function<void(const HostDepth& values, const HostFloats& z)>&)> each = {};
 
     Subject() = default;
 
-    /// `most` is how many windows of a size there may be in a row of them, and in a column, and each size is `growth` times as large
-    /// as the one before.
-    Subject(const Camera& camera, Storage storage, int most = 16, int growth = 2);
+    /// Depths are computed. The values stay where they are.
+    Subject(const Camera& camera, const HostDepth& stored, Closely closely);
 
-    /// Looks at the next rows.
-    void add(const HostDepth& values, const HostFloats& z);
+    /// `z`: what they are decoded to, +infinity for the background, and NaN for what is invalid.
+    Subject(const Camera& camera, const HostDepth& stored, const HostFloats& z, Closely closely);
 
-    /// Looks at a row of the image more closely.
-    void add_row(const HostDepth& row);
+    /// What a value at a pixel is decoded to. The last bit may differ.
+    float depth(int x, int y, float value, std::uint32_t bits) const;
+
+    /// Calls a function with the pixels that are looked at, which may be a sample in one row, and with their depths.
+    template <typename Visit>
+    void each(const Visit& visit) const {
+        visit(values(), z());
+    }
+
+    HostDepth values() const;
+    HostFloats z() const;
 
 private:
-    int rows_ = 0;
+    void take_sample(int columns, int rows);
+
+    DepthForm form_ = {};
+    std::array<double, 4> numerator_{}, denominator_{}; // of the form, in fewer digits
+    Rays rays_ = {};
+    HostFloats given_ = {};              // depths of the whole image, if there are any
+    std::vector<std::byte> sample_ = {}; // pixels, side by side
+    std::vector<float> depths_ = {};     // of these
 };
+
+/// How many of the depths that are looked at are of a kind.
+std::size_t count_depths(const Subject& subject, const auto& is) {
+    std::size_t count = 0;
+    const HostFloats z = subject.z();
+    for (int y = 0; y < z.height; ++y)
+        for (const float depth : row_of(z, y))
+            count += is(static_cast<double>(depth));
+    return count;
+}
 
 /// Are stored values distances?
 inline bool counts_distances(Encoding encoding) {
     return encoding == Encoding::view_z || encoding == Encoding::ray_distance;
 }
 
-/// Why no result can be right: no pixel has a depth, or the values are none whatever the scale is.
-std::optional<std::string> refusal(const Subject& subject);
-
-/// What is probably wrong with the description of an image, a sentence each with the cure. Where it is refused, the only one says why.
-std::vector<std::string> doubts(const Subject& subject);
-
-/// The one among them where flat surfaces are bent as the camera describes them, but flat under another encoding.
-std::optional<std::string> flat_surfaces_doubt(const Subject& subject);
-
-/// The one where many pixels hold a number that is probably no depth.
-std::optional<std::string> special_number_doubt(const Subject& subject);
-
-/// The one where codes are the bits of half floats.
-std::optional<std::string> half_bits_doubt(const Subject& subject);
-
-/// Of values whose meaning nobody has said: the one where they are the bits of half floats, and the one where many pixels hold a number
-/// that is probably no distance, if it is not one of those that are left out.
+/// Of values whose meaning nobody has said: the one about their bits, and the one where many pixels hold a number that is probably no
+/// distance, if it is not one of those that are left out.
 struct UnsaidDoubts {
-    std::optional<std::string> half_bits, number;
+    std::optional<Finding> bits, number;
 };
 UnsaidDoubts unsaid_doubts(const HostDepth& stored, bool backwards, double background_from);
 
-/// The one where 8 bits are too few.
-std::optional<std::string> eight_bits_doubt(const Subject& subject);
+/// Is nothing measured anywhere, or is there no depth whatever the scale is? Then no result can be right.
+std::optional<Finding> refusal(const Subject& subject);
 
-/// Those where another source than the camera's probably wrote it.
-std::vector<std::string> other_source_doubts(const Subject& subject);
+/// What is probably wrong with the description of an image. Where it is refused, the only one says why.
+std::vector<Finding> doubts(const Subject& subject);
+
+/// The same without trying what would cure it.
+std::vector<Finding> untried_doubts(const Subject& subject);
+
+/// The one where flat surfaces are bent as the camera describes them, but flat under another reading.
+std::optional<Finding> flat_surfaces_doubt(const Subject& subject);
+
+/// The one where many pixels hold a number that is probably no depth.
+std::optional<Finding> special_number_doubt(const Subject& subject);
+
+/// The one where codes hold more than a number, or in another order.
+std::optional<Finding> bits_doubt(const Subject& subject);
+
+/// The one where they are the bits of half floats, or 8 bits too few for depth.
+std::optional<Finding> no_depth_doubt(const Subject& subject);
+
+/// The one where an image of all directions is said to be a perspective's.
+std::optional<Finding> panorama_doubt(const Subject& subject);
 
 /// Where the camera's lens folds within the image, and where its map of rays is a mirror image or upside down.
-std::vector<std::string> lens_mistakes(const Camera& camera);
+std::vector<Finding> lens_mistakes(const Camera& camera);
+
+/// The one where a file says another near or far than its camera.
+std::optional<Finding> near_and_far_doubt(const Camera& camera, const std::array<std::optional<double>, 2>& of_file);
 
 /// The one where a filter has mixed depth with what is none.
-std::optional<std::string> filtered_doubt(const Subject& subject);
+std::optional<Finding> filtered_doubt(const Subject& subject);
 
 } // namespace fathom

@@ -3,7 +3,7 @@
 
 #include "camera/form.hpp"
 #include "doubts/look.hpp"
-#include "doubts/plane_fits.hpp"
+#include "doubts/planes.hpp"
 #include "doubts/stored_values.hpp"
 #include "require.hpp"
 #include "text.hpp"
@@ -175,7 +175,7 @@ struct Findings {
 };
 
 // What is affine in the pixel over planes.
-enum class Kind { unknown, value, reciprocal, over_ray, times_ray, exponent, panorama };
+enum class Kind { unknown, value, reciprocal, over_ray, times_ray, exponent, panorama, curve };
 
 struct KindShapes {
     Kind kind;
@@ -193,6 +193,7 @@ const std::vector<KindShapes>& kinds() {
         {Kind::times_ray, {Shape::inverse_ray}, "|ray| · v (inverse distance along the ray)"},
         {Kind::exponent, {Shape::logarithmic, Shape::exponential}, "exp(v) (logarithmic and exponential depth)"},
         {Kind::panorama, {Shape::panorama}, "1/v on the sphere (a picture of all directions)"},
+        {Kind::curve, {Shape::display}, "1/(w + c), v = w through the curve of sRGB"},
     };
     return all;
 }
@@ -217,7 +218,8 @@ Kind kind_of(const Findings& found) {
         const ShapeFit best = found.best_of(each.shapes);
         const bool is_refuted =
             best.fails >= std::max(least_patches, 10 * winner.fails) && found.part(best.fails) >= many;
-        if (each.kind != kind && !best.at_limit && !is_refuted) // at its limit it is a simpler shape
+        const bool is_simpler = each.kind == Kind::curve && kind != Kind::exponent; // which bends as little as it likes
+        if (each.kind != kind && !best.at_limit && !is_refuted && !is_simpler) // at its limit it is a simpler shape
             return Kind::unknown;
     }
     return kind;
@@ -354,6 +356,15 @@ Guess logarithmic_guess(const Findings& found) {
                                             : text(R"(}, "encoding": "logarithmic", "log_c": 1, "far": )", ratio - 1))),
         is_exponential ? "the angle of view and near; far/near is measured"
                        : "the angle of view and log_c; log_c × far is measured"};
+}
+
+Guess curved_guess(const Findings& found) {
+    const double p = found.parameter(Shape::display);
+    return {Family::planar, "distance along the view axis through the curve of a display (sRGB)",
+            found.part({Shape::display}),
+            file(assumed_view +
+                 text(R"(}, "encoding": "linear", "near": )", 100 * p / (1 + p), R"(, "far": 100, "gamma": "srgb")")),
+            "the angle of view and the unit; near/far is measured"};
 }
 
 Guess median_guess(const Findings& found) {
@@ -514,6 +525,9 @@ bool make_guesses(Kind kind, const Findings& found, Ranking& ranking) {
     case Kind::exponent:
         ranking.guesses = {logarithmic_guess(found)};
         break;
+    case Kind::curve:
+        ranking.guesses = {curved_guess(found)};
+        return false;
     }
     return true;
 }
@@ -535,8 +549,8 @@ Ranking rank_encodings(const HostDepth& stored) {
         return ranking;
     }
     const UnsaidDoubts doubts = unsaid_doubts(stored, found.backwards, found.top.stands_apart ? found.top.value : NAN);
-    if (doubts.half_bits) {
-        ranking.evidence = {*doubts.half_bits};
+    if (doubts.bits) {
+        ranking.evidence = {in_words(*doubts.bits)};
         return ranking;
     }
     Kind kind = kind_of(found);
@@ -553,7 +567,7 @@ Ranking rank_encodings(const HostDepth& stored) {
     const bool decided = make_guesses(kind, found, ranking);
     look_at_floor(found, ranking.evidence);
     if (doubts.number)
-        ranking.evidence.push_back("as distances, " + *doubts.number);
+        ranking.evidence.push_back("as distances, " + in_words(*doubts.number));
     if (decided)
         ranking.family = ranking.guesses.front().family;
     return ranking;

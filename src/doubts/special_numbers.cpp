@@ -44,9 +44,40 @@ constexpr std::size_t blend_px = 4, ring_px = 7; // behind the border, where the
 constexpr float raw_kinect_highest = 1100;       // of the values that its 11 bits have
 constexpr float raw_kinect_none = 2047;          // which may be shifted left by three
 
+constexpr double many_at_an_end = 0.05; // of the pixels, that lie where a range was cut off,
+constexpr double least_end = 10;        // scene units: walls are nearer
+
 constexpr bool is_round(double number) {
     return number >= 1e3 && number < 1e10 && number == std::round(number) &&
            std::abs(std::log10(number) - std::round(std::log10(number))) < 1e-12;
+}
+
+// Does a number have two digits at most, as people write the end of a range?
+bool is_written(double number) {
+    const double power = std::pow(10, std::floor(std::log10(number)) - 1), digits = number / power;
+    return std::abs(digits - std::round(digits)) < 1e-5;
+}
+
+// The values at both ends of all, where so many pixels of a sample share them that they may stand for something.
+std::vector<float> shared_ends(const HostDepth& stored) {
+    constexpr int columns = 48, rows = 16;
+    constexpr std::size_t few = 4;
+    std::vector<float> values;
+    for (int y = 0; y < stored.height; y += 1 + stored.height / rows)
+        for (int x = 0; x < stored.width; x += 1 + stored.width / columns)
+            visit_values(part_of(stored, x, y, 1, 1), [&](float value, std::uint32_t) {
+                if (std::isfinite(value))
+                    values.push_back(value);
+            });
+    std::vector<float> shared;
+    for (const bool low : {true, false}) {
+        if (values.empty())
+            break;
+        const float end = low ? *std::ranges::min_element(values) : *std::ranges::max_element(values);
+        if (static_cast<std::size_t>(std::ranges::count(values, end)) >= few)
+            shared.push_back(end + 0.0f); // not -0
+    }
+    return shared;
 }
 
 // Where values count backwards, such numbers often have the other sign, too.
@@ -65,13 +96,6 @@ std::vector<float> numbers_without_depth(bool backwards) {
     // not std::ranges::unique, whose result clang 14 cannot build with GCC 12's library
     numbers.erase(std::unique(numbers.begin(), numbers.end()), numbers.end());
     return numbers;
-}
-
-std::uint32_t bits_of_value(float value, Storage storage) {
-    return storage == Storage::float32 ? std::bit_cast<std::uint32_t>(value)
-           : storage == Storage::float16
-               ? std::uint32_t{Eigen::numext::bit_cast<std::uint16_t>(static_cast<Eigen::half>(value))}
-               : static_cast<std::uint32_t>(value);
 }
 
 // The stored value of the near plane. None where the encoding has none.
@@ -114,6 +138,8 @@ Others others_than(float number, const Subject& subject) {
 // Of values that are not below 0.
 bool stands_apart(double number, Others others, bool has_depth, bool is_float, bool is_scattered) {
     const double range = others.greatest - others.least;
+    if (number < 0 && !has_depth) // which no length is
+        return true;
     if (number > others.greatest)
         return number >= (is_round(number) && !is_scattered ? round_apart : apart) * others.greatest;
     if (number == 0 && !has_depth) // all that is seen is larger
@@ -125,7 +151,7 @@ bool stands_apart(double number, Others others, bool has_depth, bool is_float, b
 // A number that many pixels hold, and what tells whether it is a depth.
 struct SharedNumber {
     double stored, z; // z is its depth, if it has one
-    bool has_depth, is_far_disparity, is_scattered;
+    bool has_depth, is_far_disparity, is_scattered, is_listed;
     bool are_below; // are all others 0 at most?
     Others others;  // counted forwards
     std::size_t count, pixels;
@@ -146,17 +172,19 @@ std::optional<SharedNumber> shared_number(const Subject& subject, const DepthFor
         return std::nullopt;
     SharedNumber found{};
     found.stored = static_cast<double>(number_here);
-    const bool may_have_depth = number_here >= form.lowest && number_here <= form.highest;
     found.z = static_cast<double>(view_depth(form, rays, 0.5 * camera.width, 0.5 * camera.height, found.stored));
     const StoredKind kind = kind_of(form, number_here, bits_of_value(number_here, subject.storage));
     found.is_far_disparity = camera.encoding == Encoding::inverse && !floats && !camera.background && number_here == 0;
     const float ahead = camera.scale < 0 ? -number_here : number_here;
     const bool as_sky = floats && camera.encoding != Encoding::inverse && // which `sky_doubt` tells
                         (ahead == 65504 || ahead >= 1e9f);
-    found.has_depth = may_have_depth && found.z > static_cast<double>(form.least_depth);
+    found.has_depth =
+        number_here >= form.lowest && number_here <= form.highest && found.z > static_cast<double>(form.least_depth);
     const bool is_said = kind == StoredKind::missing || (kind == StoredKind::background && !found.is_far_disparity);
-    if (is_said || as_sky || (!found.has_depth && number_here != 0) || !may_have_depth)
+    if (is_said || as_sky || (!found.has_depth && ahead > 0))
         return std::nullopt;
+    found.is_listed =
+        !is_metric(camera.encoding) || std::ranges::binary_search(numbers_without_depth(camera.scale < 0), number_here);
     found.others = others_than(number_here, subject);
     Others& others = found.others;
     found.are_below = is_metric(camera.encoding) && others.greatest <= 0;
@@ -172,31 +200,54 @@ std::optional<SharedNumber> shared_number(const Subject& subject, const DepthFor
     // Something small that is seen straight on may be nearer than all else.
     const bool may_be_near = found.has_depth && !found.is_scattered && counts_distances(camera.encoding) &&
                              (camera.scale < 0) == found.are_below && std::abs(found.stored) < others.least;
-    const double many = may_be_near                                 ? many_before_all
-                        : found.has_depth || found.is_far_disparity ? many_of_a_number
-                                                                    : many_without_depth;
-    return others.surfaces > 0 && found.are_at_least(many) ? std::optional(found) : std::nullopt;
+    const double many = may_be_near                                   ? many_before_all
+                        : !found.has_depth && !found.is_far_disparity ? many_without_depth
+                        : found.is_listed                             ? many_of_a_number
+                                                                      : many_at_an_end;
+    // Of other numbers than programs are known for, those that people write as the end of a range stand for what lies beyond.
+    const bool is_an_end = form.perspective && counts_distances(camera.encoding) && found.z >= least_end &&
+                           is_written(std::abs(found.stored)) && std::abs(found.stored) > others.greatest;
+    return others.surfaces > 0 && found.are_at_least(many) && (found.is_listed || !found.has_depth || is_an_end)
+               ? std::optional(found)
+               : std::nullopt;
 }
 
-std::optional<std::string> near_plane_doubt(const SharedNumber& found, const Subject& subject, float farther) {
+// The number as what was not measured, or as nothing at all.
+std::vector<Cure> cures_of(double value) {
+    return {{{{"missing", value}}, "if nothing was measured there"},
+            {{{"background", value}}, {}, text("if nothing is there, \"background\": ", number(value, 9))}};
+}
+
+std::optional<Finding> near_plane_doubt(const SharedNumber& found, const Subject& subject, float farther) {
     const Camera& camera = subject.camera;
     const Others& others = found.others;
     const double gap = farther > 0 ? others.least - found.stored : found.stored - others.greatest;
     if (!found.are_at_least(many_at_the_near) || subject.look.background > 0 ||
-        !(gap > near_gap * (others.greatest - others.least)))
+        !(gap > near_gap * (others.greatest - others.least) || found.are_at_least(many_before_all)))
         return std::nullopt;
-    const std::string cure = camera.encoding == Encoding::window ? "\"reversed\" is the wrong way round"
-                             : camera.encoding == Encoding::linear
-                                 ? "near is white: exchange \"near\" and \"far\""
-                                 : text("the values count the other way: say \"depth_range\": [",
-                                        number(camera.depth_range[1]), ", ", number(camera.depth_range[0]), "]");
-    return text(found.holders(), number(found.stored),
-                ", which is the near plane, and nothing lies just behind it; if that is the sky, ", cure,
-                "; if nothing was measured there, say \"missing\": ", number(found.stored, 17));
+    const bool is_window = camera.encoding == Encoding::window, is_parallel = !camera.projection.is_perspective();
+    const Key turned{"depth_range", std::array{camera.depth_range[1], camera.depth_range[0]}};
+    Cure cure{{turned}, "if that is the sky, the values count the other way"};
+    if (is_window && is_parallel && found.z > static_cast<double>(subject.look.nearest)) {
+        const Projection& projection = camera.projection;
+        const auto end_at = [m = projection.matrix_in_opengl_axes()](long double clip) {
+            return static_cast<double>((m(2, 3) - clip) / m(2, 2));
+        };
+        cure = {{{"orthographic", std::array{end_at(projection.clip_far()), end_at(projection.clip_near())}}, turned},
+                "if that is the sky, \"near\" and \"far\" are exchanged"};
+    } else if (is_window && !is_parallel) {
+        cure.when = "if that is the sky, \"reversed\" is the wrong way round";
+    } else if (camera.encoding == Encoding::linear && camera.near_plane && camera.far_plane) {
+        cure = {{{"near", *camera.far_plane}, {"far", *camera.near_plane}}, "if that is the sky, near is white"};
+    }
+    return Finding{
+        Fault::number,
+        text(found.holders(), number(found.stored), ", which is the near plane, and nothing lies just behind it"),
+        {cure, cures_of(found.stored).front()}};
 }
 
-std::optional<std::string> no_distance_doubt(const SharedNumber& found, const SharedNumbers& shared, std::size_t i,
-                                             bool floats) {
+std::optional<Finding> no_distance_doubt(const SharedNumber& found, const SharedNumbers& shared, std::size_t i,
+                                         bool floats) {
     const Others& others = found.others;
     const double value = found.are_below ? -found.stored : found.stored;
     // A wall that is seen straight on has one depth, too. A slanted one has steps where its codes are coarse.
@@ -210,34 +261,49 @@ std::optional<std::string> no_distance_doubt(const SharedNumber& found, const Sh
     const std::string key = number(found.stored, 17);
     const double unit = found.stored / static_cast<double>(raw_kinect_none);
     if ((unit == 1 || unit == 8) && !floats) {
+        const double scale = -351.3 * unit, offset = -1092.5 * unit;
         if (others.greatest <= unit * static_cast<double>(raw_kinect_highest))
-            return text(found.holders(), key, ", and no other value is above ", number(others.greatest),
-                        ", as in the raw 11 bits of a Kinect", unit == 8 ? " that are shifted by three" : "",
-                        "; if it is one, say \"encoding\": \"inverse\", \"scale\": ", number(-351.3 * unit),
-                        ", \"offset\": ", number(-1092.5 * unit),
-                        ", which makes metres, and otherwise \"missing\": ", key);
+            return Finding{
+                Fault::number,
+                text(found.holders(), key, ", and no other value is above ", number(others.greatest),
+                     ", as in the raw 11 bits of a Kinect", unit == 8 ? " that are shifted by three" : ""),
+                {{{{"encoding", Encoding::inverse}, {"scale", scale}, {"offset", offset}, {"missing", found.stored}},
+                  "if it is one, which makes metres"},
+                 {{{"missing", found.stored}}, "otherwise"}}};
         if (unit == 8)
             return std::nullopt;
     }
-    return text(found.holders(), key, ", which stands apart from all other values, ",
-                number(found.are_below ? -others.greatest : others.least, 4), " to ",
-                number(found.are_below ? -others.least : others.greatest, 4), ", and counts as ",
-                found.is_far_disparity ? "infinitely far"
-                : found.has_depth      ? text("a depth of ", number(found.z, 4))
-                                       : "no depth at all",
-                "; if nothing was measured there, say \"missing\": ", key,
-                "; if nothing is there, \"background\": ", key);
+    Finding finding{Fault::number,
+                    text(found.holders(), key, ", which stands apart from all other values, ",
+                         number(found.are_below ? -others.greatest : others.least, 4), " to ",
+                         number(found.are_below ? -others.least : others.greatest, 4), ", and counts as ",
+                         found.is_far_disparity ? "infinitely far"
+                         : found.has_depth      ? text("a depth of ", number(found.z, 4))
+                                                : "no depth at all"),
+                    cures_of(found.stored)};
+    if (!found.is_listed && found.has_depth) {
+        finding.cause += "; distances may be cut off there";
+        finding.cures = {{{{"background_from", found.stored}}, "if nothing is there"}, cures_of(found.stored).front()};
+    }
+    return finding;
 }
 
 } // namespace
 
-SharedNumbers::SharedNumbers(const Camera& camera, Storage storage)
-    : form_(depth_form(straightened(camera), storage)), are_integers_(!is_float(storage)),
+SharedNumbers::SharedNumbers(const Camera& camera, const HostDepth& stored)
+    : form_(depth_form(straightened(camera), stored.storage)), are_integers_(!is_float(stored.storage)),
       counts_distances_(form_.perspective && counts_distances(camera.encoding)) {
-    if (is_metric(camera.encoding))
+    if (is_metric(camera.encoding)) {
         numbers = numbers_without_depth(camera.scale < 0);
-    else if (const auto code = near_code(camera, form_, storage))
+        for (const float end : shared_ends(stored))
+            if (!std::ranges::binary_search(numbers, end))
+                numbers.insert(std::ranges::upper_bound(numbers, end), end);
+    } else if (const auto code = near_code(camera, form_, stored.storage))
         numbers = {*code};
+    const bool is_near_end = camera.encoding == Encoding::window; // where most surfaces are
+    if (!is_metric(camera.encoding) && !is_near_end)
+        borders.least_gap = static_cast<float>(0.2 * storage_max(stored.storage) *
+                                               std::abs(camera.depth_range[1] - camera.depth_range[0]));
     counts.resize(numbers.size());
     pairs.resize(numbers.size());
     alone.resize(numbers.size());
@@ -287,19 +353,16 @@ void SharedNumbers::add(const HostDepth& row) {
 
 LineBorders SharedNumbers::borders_of_columns(const Subject& subject) const {
     constexpr int most_columns = 128;
-    const int width = subject.camera.width, across = 1 + width / most_columns;
+    const HostDepth& values = subject.whole;
+    const int width = values.width, across = 1 + width / most_columns;
     std::vector<std::vector<LineBorders::Value>> columns(static_cast<std::size_t>((width + across - 1) / across));
-    subject.each([&](const HostDepth& values, const HostFloats&) {
-        if (values.width != width)
-            return;                             // a sample
-        for (int y = 0; y < values.height; ++y) // for the sake of caches
-            for (int x = 0; x < width; x += across)
-                visit_values(part_of(values, x, y, 1, 1), [&](float value, std::uint32_t bits) {
-                    columns[static_cast<std::size_t>(x / across)].push_back(
-                        LineBorders::value_of(form_, counts_distances_, value, bits));
-                });
-    });
-    LineBorders found;
+    for (int y = 0; y < values.height; ++y) // for the sake of caches
+        for (int x = 0; x < width; x += across)
+            visit_values(part_of(values, x, y, 1, 1), [&](float value, std::uint32_t bits) {
+                columns[static_cast<std::size_t>(x / across)].push_back(
+                    LineBorders::value_of(form_, counts_distances_, value, bits));
+            });
+    LineBorders found{.least_gap = borders.least_gap};
     for (const auto& column : columns)
         found.add(column, form_, counts_distances_);
     return found;
@@ -322,6 +385,11 @@ void LineBorders::add(std::span<const Value> values, const DepthForm& form, bool
             if (depths == 0)
                 continue;
             const float number = at(i).first;
+            if (i >= 2 && at(i - 1).second && at(i - 1).first == at(i - 2).first) {
+                ++of_background.count;
+                const float before = at(i - 1).first, behind = at(i + 1).first;
+                of_background.filtered += (number - before) * (behind - number) > 0;
+            }
             // How far a pixel behind the border is on the way to the surface that rests so many pixels behind it.
             const auto way = [&](std::size_t rest, std::size_t k) {
                 return (at(i + k).first - number) / (at(i + rest).first - number);
@@ -331,8 +399,10 @@ void LineBorders::add(std::span<const Value> values, const DepthForm& form, bool
                 return depths > rest && std::isfinite(at(i + rest).first - number) && rests(rest - 1) &&
                        rests(rest + 1);
             };
-            const auto is_between = [](float part) { return part > 0.1f && part < 0.9f; };
-            if (is_border(blend_px, 0.02f)) {
+            // A rounded surface turns away at its silhouette, but not as far as to the middle between it and the sky; and those that are
+            // near to the end of a range may.
+            const auto is_between = [](float part) { return part > 0.1f && part < 0.65f; };
+            if (is_border(blend_px, 0.02f) && std::abs(at(i + blend_px).first - number) >= least_gap) {
                 ++blended[side].count;
                 blended[side].filtered += is_between(way(blend_px, 1));
                 if (std::abs(number) >= far_off_times * std::abs(at(i + blend_px).first)) {
@@ -362,7 +432,7 @@ void LineBorders::add(std::span<const Value> values, const DepthForm& form, bool
     look_from(1, [&](std::size_t i) { return values[values.size() - 1 - i]; });
 }
 
-std::optional<std::string> special_number_doubt(const Subject& subject) {
+std::optional<Finding> special_number_doubt(const Subject& subject) {
     const DepthForm form = depth_form(straightened(subject.camera), subject.storage);
     const Rays rays = is_along_ray(form) ? camera_rays(subject.camera) : Rays{};
     for (std::size_t i = 0; i < subject.numbers.numbers.size(); ++i)
@@ -374,18 +444,20 @@ std::optional<std::string> special_number_doubt(const Subject& subject) {
     return std::nullopt;
 }
 
-std::optional<std::string> filtered_doubt(const Subject& subject) {
+std::optional<Finding> filtered_doubt(const Subject& subject) {
     const Encoding encoding = subject.camera.encoding;
     if (!subject.camera.projection.is_perspective() &&
         (encoding == Encoding::inverse || encoding == Encoding::inverse_range))
         return std::nullopt; // which have surfaces behind the camera, whose values are no codes
-    const double many = encoding == Encoding::window ? many_filtered_buffer : many_filtered;
+    const double many = is_metric(encoding) ? many_filtered : many_filtered_buffer;
     const auto are_many = [&](const FilteredBorders& borders) {
         return static_cast<double>(borders.filtered) > many * static_cast<double>(borders.count);
     };
     std::optional<FilteredBorders> told;
     const auto look_at = [&](const LineBorders& borders) {
         const FilteredBorders& far_off = borders.far_off;
+        if (borders.of_background.filtered >= least_filtered && are_many(borders.of_background))
+            told = borders.of_background;
         if (far_off.filtered >= least_of_far &&
             static_cast<double>(far_off.filtered) > many_of_far * static_cast<double>(far_off.count))
             told = far_off;
@@ -399,13 +471,17 @@ std::optional<std::string> filtered_doubt(const Subject& subject) {
         }
     };
     look_at(subject.numbers.borders);
-    if (!told && subject.look.surfaces() < subject.look.pixels)
+    if (!told && subject.closely != Closely::some && subject.look.surfaces() < subject.look.pixels)
         look_at(subject.numbers.borders_of_columns(subject));
     if (!told)
         return std::nullopt;
-    return text("beside pixels without depth ", percent(told->filtered, told->count),
-                " of the values lie between theirs and the surface's, which are no depths: it was filtered or "
-                "resized; take the nearest pixel instead (cv::INTER_NEAREST)");
+    return Finding{Fault::filtered,
+                   text("beside pixels without depth ", percent(told->filtered, told->count),
+                        " of the values lie between theirs and the surface's, which are no depths: it was filtered or "
+                        "resized, or a renderer has averaged it"),
+                   {},
+                   "resize with the nearest pixel (cv::INTER_NEAREST) and render depth without antialiasing, or make "
+                   "its edges hard again (--edges sharpen)"};
 }
 
 } // namespace fathom

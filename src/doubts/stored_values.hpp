@@ -2,14 +2,16 @@
 
 #include "require.hpp"
 
+#include <fathom/camera_file.hpp>
 #include <fathom/findings.hpp>
 
 #include <Eigen/Core>
 
 #include <bit>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <functional>
+#include <locale>
 #include <sstream>
 #include <string>
 
@@ -31,12 +33,36 @@ inline std::size_t pixel_bytes(Storage storage) {
     return bytes[static_cast<std::size_t>(storage)];
 }
 
+/// What such a packed code of 16 bits holds.
+inline std::uint16_t unpacked_code(std::uint16_t code, Packing packing) {
+    return packing == Packing::uint16_rotated   ? std::rotr(code, 3)
+           : packing == Packing::uint16_swapped ? std::rotr(code, 8)
+           : packing == Packing::uint13         ? static_cast<std::uint16_t>(code & 0x1fff)
+                                                : code;
+}
+
+/// A fraction before it went through a curve: that of sRGB, or the inverse of a power.
+inline double linear_of(double value, double gamma) {
+    if (gamma != gamma_of_srgb)
+        return std::pow(value, gamma);
+    return value <= 0.04045 ? value / 12.92 : std::pow((value + 0.055) / 1.055, 2.4);
+}
+
 /// A number in a sentence, with at most so many digits.
 inline std::string number(double value, int digits = 7) {
     std::ostringstream stream;
+    stream.imbue(std::locale::classic());
     stream.precision(digits);
     stream << value;
     return stream.str();
+}
+
+/// As visit_values gives them.
+inline std::uint32_t bits_of_value(float value, Storage storage) {
+    return storage == Storage::float32 ? std::bit_cast<std::uint32_t>(value)
+           : storage == Storage::float16
+               ? std::uint32_t{Eigen::numext::bit_cast<std::uint16_t>(static_cast<Eigen::half>(value))}
+               : static_cast<std::uint32_t>(value);
 }
 
 /// Some pixels of an image.
@@ -52,12 +78,6 @@ inline void check_size(const Camera& camera, const HostDepth& stored) {
             ImageSize{stored.width, stored.height}, " pixels; must be of the camera's ",
             ImageSize{camera.width, camera.height});
 }
-
-/// Calls a function with each part of an image, in any order. It is asked twice, and gives the same parts.
-using EachPart = std::function<void(const std::function<void(const HostDepth&)>&)>;
-
-/// `stored_statistics` of an image that lies in parts. It needs memory for none of them.
-StoredStatistics statistics_of_parts(Storage storage, const EachPart& each_part);
 
 /// The stored values as numbers, row by row, and their bits, which are compared with the background's.
 template <typename Visit>

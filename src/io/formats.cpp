@@ -116,7 +116,8 @@ constexpr Container containers[] = {
     {"\x89HDF", "is HDF5; save the array that holds depth as .npy (h5py and numpy.save)"},
     {"MATLAB 5", "is a MATLAB file; save the array that holds depth as .npy (scipy.io.loadmat and numpy.save)"},
     {"SIMPLE  =", "is FITS; save the image that holds depth as .npy (astropy and numpy.save)"},
-    {"PAR1", "is Parquet, a table; save the column that holds depth as .png or .npy, a file each frame"},
+    {"PAR1",
+     "holds tables, since Parquet is no image; save the column that holds depth as .png or .npy, a file each frame"},
     {"PK\x03\x04", "is a ZIP archive and no .npz; unpack it first (unzip)"},
     {"\x1a\x45\xdf\xa3",
      "is a Matroska or WebM video; save its depth as 16-bit .png, a file each frame (ffmpeg, mkvextract)"},
@@ -128,7 +129,8 @@ constexpr Container containers[] = {
      12},
     {"# .PCD", "is a point cloud (PCD), not a depth image; save the depth image that it was made of"},
     {"ply\n", "is a point cloud or a mesh (PLY), not a depth image; save the depth image that it was made of"},
-    {"DR", "is OpenMVS's .dmap; read it with its script MvsUtils.py and save its depth with numpy.save"},
+    {"DR", "holds depth that .dmap is OpenMVS's own form of; read it with its script MvsUtils.py and save its depth "
+           "with numpy.save"},
     {"PIEH", "is Sintel's .dpt: raw floats behind 12 bytes; save them as .npy (numpy.fromfile with offset=12)"}};
 
 /// Throws: Error for a file that is one of these.

@@ -8,6 +8,7 @@
 #include <opencv2/core.hpp>
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cstdint>
 #include <filesystem>
@@ -88,6 +89,7 @@ struct PictureFile {
     bool has_more = false;                      ///< Exif data that is not read
     std::string primaries = {};                 ///< see `PictureFormat`
     int pages = 1; ///< images of full size in a TIFF: masks and smaller copies do not count
+    std::array<std::optional<double>, 2> near_and_far = {}; ///< that a PNG's text says
 };
 
 /// An image that OpenCV's codecs read (PNG, JPEG, TIFF, PGM, Radiance), or nothing when the bytes do not begin like one. The bytes may
@@ -121,11 +123,18 @@ Bytes inflated(std::span<const unsigned char> packed, std::uint64_t most, int wi
 /// Refuses a layer of a file that has none.
 [[noreturn]] void refuse_layer(const std::filesystem::path& file, const std::string& layer);
 
-/// Which pixels of a depth image do not count, out of a file: CV_8UC1, not 0 where a pixel does not.
-/// `below`: pixels do not count whose alpha or confidence is less; without it those whose value is not 0. An alpha counts from
-/// 0 to 1, and so do other integers where `below` is less than 1. `windows`: of the depth image.
+/// Pixels do not count whose alpha or confidence is below a limit, or whose uncertainty is above one; without a limit those whose value
+/// is not 0.
+struct IgnoredBy {
+    std::optional<double> below = {}, above = {};
+
+    bool is_limit() const { return below || above; }
+};
+
+/// Which pixels of a depth image do not count, out of a file: CV_8UC1, not 0 where a pixel does not. An alpha counts from 0 to 1, and
+/// so do other integers where the limit is less than 1. `windows`: of the depth image.
 /// Throws: Error for a file that cannot be read, without such a channel, or of another size than the depth.
-cv::Mat ignored(const std::filesystem::path& file, std::optional<double> below, const Windows& windows);
+cv::Mat ignored(const std::filesystem::path& file, const IgnoredBy& by, const Windows& windows);
 
 /// One channel of a picture whose channels are equal. Refuses colours: a map of them has no order of distances.
 cv::Mat only_channel(const std::filesystem::path& file, const cv::Mat& image);

@@ -6,6 +6,7 @@
 namespace fathom {
 namespace {
 
+using io::IgnoredBy;
 using io::refuse;
 
 /// The channels of an EXR that say it, in the order of `names`; an alpha or a confidence is one.
@@ -37,18 +38,21 @@ double largest_of(const cv::Mat& image) {
 }
 
 /// Where a pixel does not count.
-cv::Mat judged(const cv::Mat& image, std::optional<double> below, bool is_alpha) {
+cv::Mat judged(const cv::Mat& image, const IgnoredBy& by, bool is_alpha) {
     cv::Mat floats;
     image.convertTo(floats, CV_32F);
     const int channels = floats.channels(), colors = std::min(channels, 3);
-    const bool is_fraction = below && (is_alpha ? *below <= 1 : *below < 1);
-    const double limit = is_fraction ? *below * largest_of(image) : below.value_or(0);
+    const std::optional<double> limit_said = by.below ? by.below : by.above;
+    const bool is_fraction = limit_said && (is_alpha ? *limit_said <= 1 : *limit_said < 1);
+    const double limit = limit_said.value_or(0) * (is_fraction ? largest_of(image) : 1);
     cv::Mat ignored(image.size(), CV_8UC1);
     for (int y = 0; y < image.rows; ++y) {
         const auto* pixel = floats.ptr<float>(y);
         for (int x = 0; x < image.cols; ++x, pixel += channels) {
-            const bool counts = below ? static_cast<double>(pixel[channels - 1]) >= limit
-                                      : std::all_of(pixel, pixel + colors, [](float v) { return v == 0; });
+            const auto last = static_cast<double>(pixel[channels - 1]);
+            const bool counts = by.below   ? last >= limit
+                                : by.above ? last <= limit
+                                           : std::all_of(pixel, pixel + colors, [](float v) { return v == 0; });
             ignored.at<uchar>(y, x) = counts ? 0 : 255;
         }
     }
@@ -57,7 +61,7 @@ cv::Mat judged(const cv::Mat& image, std::optional<double> below, bool is_alpha)
 
 } // namespace
 
-cv::Mat io::ignored(const std::filesystem::path& file, std::optional<double> below, const Windows& windows) {
+cv::Mat io::ignored(const std::filesystem::path& file, const IgnoredBy& by, const Windows& windows) {
     const auto check_fits = [&](cv::Size size, cv::Size wanted) {
         if (size != wanted)
             refuse(file, "is " + described(size) + ", but the depth is " + described(wanted) +
@@ -66,22 +70,23 @@ cv::Mat io::ignored(const std::filesystem::path& file, std::optional<double> bel
     if (!begins_like_exr(file)) {
         constexpr Wanted wanted{"a mask", ".png, .tif, .exr, .npy, .pfm and .pgm"};
         const cv::Mat image = within_memory(file, [&] { return read_image(file, wanted).image; });
-        if (below && image.channels() == 3)
-            refuse(file, "has colours, but no alpha; --ignore-below needs an alpha, or a single channel");
+        if (by.is_limit() && image.channels() == 3)
+            refuse(file, "has colours, but no alpha; a limit needs an alpha, or a single channel");
         check_fits(image.size(), windows.data.size());
-        return judged(image, below, image.channels() > 3);
+        return judged(image, by, image.channels() > 3);
     }
-    const std::vector<std::string> names = mask_channels(file, below.has_value());
+    const std::vector<std::string> names = mask_channels(file, by.is_limit());
     const std::vector<DepthFile> held = read_exr(file, names, {.overscan = true});
     const cv::Rect data = held.front().windows.data, both = data & windows.data;
     check_fits(held.front().windows.display, windows.display);
     std::vector<cv::Mat> planes;
     for (const DepthFile& plane : held)
         planes.push_back(plane.values);
-    cv::Mat merged, all(windows.data.size(), CV_8UC1, cv::Scalar(below && 0 < *below ? 255 : 0)); // beyond its data
+    cv::Mat merged,
+        all(windows.data.size(), CV_8UC1, cv::Scalar(by.below && 0 < *by.below ? 255 : 0)); // beyond its data
     cv::merge(planes, merged);
     if (!both.empty())
-        judged(merged(both - data.tl()), below, place_of(names.front(), {"a", "alpha"}).has_value())
+        judged(merged(both - data.tl()), by, place_of(names.front(), {"a", "alpha"}).has_value())
             .copyTo(all(both - windows.data.tl()));
     return all;
 }

@@ -60,10 +60,32 @@ Image stored_image(Matrices& matrices, cv::InputArray array) {
     return matrices.read(three_channels(array.getMat()));
 }
 
+// The camera of a region of a larger matrix: that of the whole, which is cropped, or the region's own.
+Camera of_region(const Camera& camera, cv::Size region, cv::Size whole, cv::Point at) {
+    if (region == whole || camera.width == region.width)
+        return camera;
+    require(camera.width != 0 || camera.height != 0, "matrix: ", region.width, " x ", region.height,
+            " pixels, a region of ", whole.width, " x ", whole.height,
+            ", and the camera has no size; give it that of the whole, or that of the region if it is the region's own");
+    return camera.width == whole.width && camera.height == whole.height
+               ? cropped(camera, at.x, at.y, region.width, region.height)
+               : camera;
+}
+
+Camera of_region(const Camera& camera, cv::InputArray array) {
+    cv::Size whole;
+    cv::Point at;
+    if (!array.isSubmatrix() || array.dims() > 2 || !(array.isMat() || array.isUMat()))
+        return camera;
+    array.isUMat() ? array.getUMat().locateROI(whole, at) : array.getMat().locateROI(whole, at);
+    return of_region(camera, array.size(), whole, at);
+}
+
 } // namespace
 
 StoredDepth io::stored_depth(Matrices& matrices, cv::InputArray array, Camera camera, std::optional<Storage> storage) {
     const Image image = stored_image(matrices, array);
+    camera = of_region(camera, array);
     if (camera.width == 0 && camera.height == 0) {
         camera.width = image.width();
         camera.height = image.height();

@@ -1,7 +1,9 @@
 // Which file holds depth, and as what. The content decides, not the file's extension.
 #include "formats.hpp"
 
+#include "camera/form.hpp"
 #include "doubts/look.hpp"
+#include "doubts/stored_values.hpp"
 #include "text.hpp"
 
 #include <algorithm>
@@ -152,6 +154,35 @@ cv::Mat of_bgra(const cv::Mat& bgra, bool red_is_lowest) {
     return values;
 }
 
+/// The same of three or four that count to 255 in base 255.
+cv::Mat of_base_255(const cv::Mat& image) {
+    cv::Mat values(image.size(), CV_32FC1);
+    const int channels = image.channels();
+    for (int y = 0; y < image.rows; ++y) {
+        const auto* pixel = image.ptr<std::uint8_t>(y);
+        for (int x = 0; x < image.cols; ++x, pixel += channels) {
+            const double alpha = channels == 4 ? pixel[3] / 255.0 : 0;
+            values.at<float>(y, x) = static_cast<float>((((alpha + pixel[0]) / 255 + pixel[1]) / 255 + pixel[2]) / 255);
+        }
+    }
+    return values;
+}
+
+/// Values before they went through a curve.
+DepthFile before_curve(const std::filesystem::path& file, const DepthFile& depth, double gamma, bool as_counted) {
+    if (depth.values.channels() != 1 || depth.values.depth() == CV_32S)
+        refuse(file,
+               "is packed, and the camera has a \"gamma\", which is for single channels of 8 or 16 bits or floats");
+    const double largest = is_float(depth.storage) ? 1 : storage_max(depth.storage);
+    cv::Mat values;
+    depth.values.convertTo(values, CV_32F, 1 / largest);
+    for (int y = 0; y < values.rows; ++y)
+        for (float& value : std::span(values.ptr<float>(y), static_cast<std::size_t>(values.cols)))
+            if (value > 0 && std::isfinite(value))
+                value = static_cast<float>(linear_of(static_cast<double>(value), gamma) * (as_counted ? largest : 1));
+    return {values, Storage::float32, {}};
+}
+
 /// Are 32-bit integers the bits of floats?
 bool are_bits_of_floats(const cv::Mat& codes) {
     io::FloatBytes bytes;
@@ -177,24 +208,30 @@ void check_codes(const std::filesystem::path& file, const cv::Mat& codes) {
             }
 }
 
-/// Codes whose bits were rotated left by three.
-cv::Mat rotated_back(const cv::Mat& codes) {
+/// The codes that such packed ones hold.
+cv::Mat unpacked(const cv::Mat& codes, Packing packing) {
     cv::Mat back(codes.size(), CV_16UC1);
     for (int y = 0; y < codes.rows; ++y)
         std::ranges::transform(std::span(codes.ptr<std::uint16_t>(y), static_cast<std::size_t>(codes.cols)),
-                               back.ptr<std::uint16_t>(y), [](std::uint16_t code) { return std::rotr(code, 3); });
+                               back.ptr<std::uint16_t>(y),
+                               [&](std::uint16_t code) { return unpacked_code(code, packing); });
     return back;
 }
 
+cv::Mat three_of(const cv::Mat& image, int first, int second, int third) {
+    cv::Mat three(image.size(), CV_8UC3);
+    const int pairs[] = {first, 0, second, 1, third, 2};
+    cv::mixChannels(&image, 1, &three, 1, pairs, 3);
+    return three;
+}
+
 cv::Mat first_three(const cv::Mat& image) {
-    cv::Mat bgr(image.size(), CV_8UC3);
-    const int pairs[] = {0, 0, 1, 1, 2, 2};
-    cv::mixChannels(&image, 1, &bgr, 1, pairs, 3);
-    return bgr;
+    return three_of(image, 0, 1, 2);
 }
 
 constexpr const char* four_bytes =
     "say \"packing\": \"rgba-low-first\" or \"rgba-high-first\" for a fraction in four bytes";
+constexpr const char* in_base_255 = "counts to 254 in its lower channels, in base 255, as Unity's EncodeFloatRGBA does";
 constexpr const char* bytes_of_floats =
     "the four bytes of floats lie in R, G, B and A, and no number that these pack; save floats (.exr, .npy or .tif)";
 
@@ -204,9 +241,11 @@ struct Colors {
     bool is_grey = true, has_steps = false, are_four = false; ///< four: of a packing that has them
     std::size_t pixels = 0, in_alpha = 0;                     // those whose alpha is neither end of its range
     ValueChanges changes = {};
+    std::array<std::size_t, 2> change_bits{}; ///< of neighbours, if A is the highest of four bytes, and if R is
     io::FloatBytes floats = {};
 
-    void add(const cv::Mat& image, const cv::Mat& bgr, Storage storage) {
+    /// `highest`: the three bytes that count most.
+    void add(const cv::Mat& image, const cv::Mat& bgr, const cv::Mat& highest, Storage storage) {
         if (image.channels() == 4)
             floats.add(image);
         pixels += bgr.total();
@@ -217,11 +256,21 @@ struct Colors {
                 has_steps |= pixel[0] != 0 && pixel[0] != 255;
             }
             for (int x = 0; x < image.cols && image.channels() == 4; ++x) {
-                const std::uint8_t alpha = image.at<cv::Vec4b>(y, x)[3];
-                in_alpha += alpha != 0 && alpha != 255;
+                const auto& pixel = image.at<cv::Vec4b>(y, x);
+                in_alpha += pixel[3] != 0 && pixel[3] != 255;
+                if (x == 0)
+                    continue;
+                const auto change = [before = image.at<cv::Vec4b>(y, x - 1), &pixel](const std::array<int, 4>& order) {
+                    std::int64_t sum = 0;
+                    for (const int i : order)
+                        sum = 256 * sum + pixel[i] - before[i];
+                    return static_cast<std::size_t>(std::bit_width(static_cast<std::uint64_t>(std::abs(sum))));
+                };
+                change_bits[0] += change({3, 0, 1, 2});
+                change_bits[1] += change({2, 1, 0, 3});
             }
-            if (y % 8 == 0)
-                changes.add({bgr.ptr(y), bgr.cols, 1, bgr.step, storage});
+            if (y % std::max(1, bgr.rows / 256) == 0)
+                changes.add({highest.ptr(y), highest.cols, 1, highest.step, storage});
         }
     }
 
@@ -238,6 +287,14 @@ struct Colors {
             refuse(file,
                    "has bytes that change like the colours of a picture, and not like packed depth; depth that is "
                    "shown in colours cannot be decoded: save raw depth");
+        if (changes.are_of_base_255())
+            refuse(file, std::string(in_base_255) + "; say \"packing\": \"base-255\"");
+        if (const auto [low, high] = change_bits; are_four && pixels > 1024 &&
+                                                  10 * std::min(low, high) < 9 * std::max(low, high) &&
+                                                  (low < high) != (options.packing == Packing::rgba_red_low))
+            refuse(file, std::string("changes smoothly only if ") + (low < high ? "A" : "R") +
+                             " is the highest of its four bytes; say \"packing\": \"rgba-" +
+                             (low < high ? "low" : "high") + "-first\", or name three.js's other release");
         if (alpha_counts() && !are_four)
             refuse(file,
                    std::string("has an alpha between 0 and 255, so that R, G and B are not all that a pixel holds; ") +
@@ -257,7 +314,7 @@ std::string cure_for(const cv::Mat& image) {
     const char* order = nullptr;
     for (const Storage storage : {Storage::bgr8_red_low, Storage::bgr8_red_high}) {
         Colors colors;
-        colors.add(image, bgr, storage);
+        colors.add(image, bgr, bgr, storage);
         if (colors.floats.are_floats())
             return bytes_of_floats;
         is_picture &= (colors.is_grey && colors.has_steps) || colors.changes.are_of_a_picture();
@@ -289,13 +346,24 @@ DepthFile interpreted(const std::filesystem::path& file, const cv::Mat& image, s
             refuse_packing("four 8-bit channels");
         const bool red_is_lowest = packing == Packing::rgba_red_low;
         colors.are_four = true;
-        colors.add(image, first_three(image), red_is_lowest ? Storage::bgr8_red_low : Storage::bgr8_red_high);
+        cv::Mat alpha;
+        cv::extractChannel(image, alpha, 3);
+        double low = 0, high = 0;
+        cv::minMaxLoc(alpha, &low, &high);
+        const cv::Mat bgr = first_three(image);
+        colors.add(image, bgr, red_is_lowest && low < high ? three_of(image, 3, 0, 1) : bgr,
+                   red_is_lowest ? Storage::bgr8_red_low : Storage::bgr8_red_high);
         return {of_bgra(image, red_is_lowest), Storage::float32, {}};
     }
-    if (packing == Packing::uint16_rotated) {
+    if (packing == Packing::base_255) {
+        if (image.depth() != CV_8U || image.channels() < 3)
+            refuse_packing("three or four 8-bit channels");
+        return {of_base_255(image), Storage::float32, {}};
+    }
+    if (packing == Packing::uint16_rotated || packing == Packing::uint16_swapped || packing == Packing::uint13) {
         if (image.type() != CV_16UC1)
             refuse_packing("one channel of 16-bit integers");
-        return {rotated_back(image), Storage::uint16, {}};
+        return {unpacked(image, *packing), Storage::uint16, {}};
     }
     if (packing == Packing::uint8) {
         if (image.depth() != CV_8U)
@@ -306,7 +374,7 @@ DepthFile interpreted(const std::filesystem::path& file, const cv::Mat& image, s
         if (image.depth() != CV_8U || image.channels() < 3)
             refuse_packing("three 8-bit channels");
         const cv::Mat bgr = first_three(image); // simulators like to add an alpha channel that says nothing
-        colors.add(image, bgr, *storage);
+        colors.add(image, bgr, bgr, *storage);
         return {bgr, *storage, {}};
     }
     if (!packing && image.channels() >= 3 && image.depth() != CV_8U) // some programs write R = G = B
@@ -348,9 +416,12 @@ DepthFile read_depth(const std::filesystem::path& file, const ReadOptions& optio
             depth = io::read_exr(file, {options.channel}, {.overscan = options.overscan}).front();
         } else {
             const io::PictureFile held = io::read_image(file, wanted, options);
-            depth = {held.image, {}, {}, {{{0, 0}, held.image.size()}, held.image.size()}, held.pages};
+            depth = {held.image,       {}, {}, {{{0, 0}, held.image.size()}, held.image.size()}, held.pages,
+                     held.near_and_far};
         }
-        const DepthFile decoded = interpreted(file, depth.values, options.packing, colors);
+        DepthFile decoded = interpreted(file, depth.values, options.packing, colors);
+        if (options.gamma)
+            decoded = before_curve(file, decoded, *options.gamma, options.as_counted);
         depth.values = decoded.values;
         depth.storage = decoded.storage;
         if (!is_exr)

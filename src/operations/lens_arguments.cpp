@@ -91,7 +91,9 @@ LensArguments completed(LensArguments lens, const LensDefaults& defaults, const 
 RelativeOptions relative_options(const LensArguments& lens) {
     describe_relative(description::Check{}, lens);
     const auto& range = lens.focus_range;
-    return {lens.relative_range, range ? std::optional(FocusRange{(*range)[0], (*range)[1]}) : std::nullopt};
+    return {.range = lens.relative_range,
+            .focus_range = range ? std::optional(FocusRange{(*range)[0], (*range)[1]}) : std::nullopt,
+            .order = lens.relative.value_or(RelativeOrder::high_is_near)};
 }
 
 double focus_of(const LensArguments& lens, const StoredDepth& stored) {
@@ -139,16 +141,10 @@ CircleOfConfusion circle_for(const LensArguments& lens, const StoredDepth& store
                                stored.camera);
 }
 
-StoredDepth repaired(const StoredDepth& stored, const DepthRepair& repair, const LensArguments& lens) {
+StoredDepth repaired(const StoredDepth& stored, const DepthRepair& repair) {
     describe(description::Check{}, repair);
-    StoredDepth depth = repair.invalid == DepthRepair::Invalid::fill ? fill_invalid(stored) : stored;
-    if (const int pixels = grown_pixels(repair, lens))
-        depth = grow_foreground(depth, pixels);
-    return depth;
-}
-
-int grown_pixels(const DepthRepair& repair, const LensArguments& lens) {
-    return repair.grow_foreground.value_or(lens.relative ? 1 : 0);
+    const StoredDepth depth = repair.invalid == DepthRepair::Invalid::fill ? fill_invalid(stored) : stored;
+    return repair.grow_foreground > 0 ? grow_foreground(depth, repair.grow_foreground) : depth;
 }
 
 // The depth at one pixel, as where a lens focuses.

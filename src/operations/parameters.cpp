@@ -34,6 +34,13 @@ static_assert(static_cast<int>(Form::reciprocal) == FORM_RECIPROCAL &&
               static_cast<int>(Form::ray_distance) == FORM_RAY_DISTANCE &&
               static_cast<int>(Form::inverse_ray_distance) == FORM_INVERSE_RAY_DISTANCE);
 
+/// Which bits of stored values are compared with those of a number. -0 is 0.
+void set_number(const std::optional<std::uint32_t>& number, Storage storage, params::u32& bits, params::u32& mask) {
+    const params::u32 sign = storage == Storage::float32 ? 0x80000000u : storage == Storage::float16 ? 0x8000u : 0;
+    bits = number.value_or(1);
+    mask = !number ? 0 : *number == 0 ? ~sign : ~0u;
+}
+
 float high(long double value) {
     return static_cast<float>(value);
 }
@@ -125,14 +132,12 @@ params::depth_params depth_parameters(const DepthForm& form, Storage storage, Ba
     p.least_depth = form.least_depth;
     p.background_depth = background == Background::nan ? std::numeric_limits<float>::quiet_NaN()
                                                        : std::numeric_limits<float>::infinity();
-    p.background = form.background.value_or(0);
     const bool decode = background == Background::decode;
-    p.background_mask = form.background && !decode ? ~params::u32{0} : 0;
+    set_number(decode ? std::nullopt : form.background, storage, p.background, p.background_mask);
     p.farther = form.farther;
     p.background_from =
         form.background_from && !decode ? *form.background_from : std::numeric_limits<float>::quiet_NaN();
-    p.missing = form.missing.value_or(0);
-    p.missing_mask = form.missing ? ~params::u32{0} : 0;
+    set_number(form.missing, storage, p.missing, p.missing_mask);
     p.has_special = form.missing || (form.background_from && !decode);
     p.code_shift = storage == Storage::uint24_high ? 8 : 0;
     const bool first_is_highest = storage == Storage::rgb8_red_high || storage == Storage::bgr8_red_low;

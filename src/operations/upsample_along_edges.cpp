@@ -1,4 +1,4 @@
-// Stored depth of the size of a picture, on the host.
+// Stored depth along the edges of a picture, on the host.
 
 #include <fathom/linearize.hpp>
 
@@ -70,6 +70,38 @@ StoredDepth upsample_along_edges(const StoredDepth& stored, const Image& color) 
     camera.width = layout.width;
     camera.height = layout.height;
     return ViewDepth{image, camera}.stored();
+}
+
+StoredDepth sharpen_edges(const StoredDepth& stored, const Image& color, const Image& changed) {
+    check_stored(stored);
+    const Layout layout{stored.image.width(), stored.image.height()};
+    if (color)
+        check_picture(stored, {"color", color});
+    if (changed)
+        check_result(stored, {"changed", changed}, Element::u8, layout);
+    const bool along_axis = has_plane_in_focus(stored.camera);
+    std::vector<float> z = floats_of(linearize(stored, {.as = along_axis ? Along::axis : Along::ray}).image), light;
+    if (color)
+        light = floats_of(color);
+    const std::vector<float> made = sharpened_distances(
+        {z.data(), layout.width, layout.height}, stored.camera.lens || stored.camera.projection.is_perspective(),
+        color ? HostFloats{light.data(), layout.width, layout.height, color.channels()} : HostFloats{}, in_threads);
+    if (changed) {
+        std::vector<std::uint8_t> differ(z.size());
+        for (std::size_t i = 0; i < made.size(); ++i)
+            differ[i] = made[i] != z[i] && !std::isnan(z[i]);
+        runtime::copy_from_host(differ.data(), changed);
+    }
+    if (made.empty())
+        return stored;
+    const Image image(stored.image.device(), Element::f32, layout);
+    runtime::copy_from_host(made.data(), image);
+    StoredDepth sharp = ViewDepth{image, stored.camera}.stored();
+    if (!along_axis)
+        sharp.camera.encoding = Encoding::ray_distance;
+    sharp.x = stored.x;
+    sharp.y = stored.y;
+    return sharp;
 }
 
 } // namespace fathom

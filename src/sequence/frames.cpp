@@ -8,10 +8,7 @@
 #include "text.hpp"
 
 #include <algorithm>
-#include <array>
 #include <charconv>
-#include <cinttypes>
-#include <cstdio>
 #include <cstdlib>
 #include <regex>
 #include <span>
@@ -45,11 +42,11 @@ bool is_figure(char c) {
     return c >= '0' && c <= '9';
 }
 
-// A number of at least so many characters.
+// A number of at least so many characters, which may be more than any number has.
 std::string padded(Frame frame, int figures) {
-    std::array<char, 2 * most_figures> text{};
-    const int length = std::snprintf(text.data(), text.size(), "%0*" PRId64, figures, frame);
-    return {text.data(), static_cast<std::size_t>(length)};
+    const std::string sign = frame < 0 ? "-" : "", digits = std::to_string(std::abs(frame));
+    const std::size_t length = sign.size() + digits.size(), least = static_cast<std::size_t>(figures);
+    return sign + std::string(least - std::min(least, length), '0') + digits;
 }
 
 // Where the file's own name begins.

@@ -83,6 +83,8 @@ std::vector<std::string> channel_doubts(const Work& work, const std::string& nam
                                    taken, one_of(others)));
     if (const auto doubt = io::ray_channel_doubt(taken, work.seen))
         said.push_back(*doubt);
+    if (const auto doubt = near_and_far_doubt(work.seen, work.depth.near_and_far))
+        said.push_back(in_words(*doubt));
     return said;
 }
 
@@ -144,9 +146,10 @@ std::string nothing_left(const DepthOptions& options) {
     std::string said =
         "no pixel is left that counts and has a depth; choose other --ignore and --valid (fathom inspect "
         "shows the depths that there are)";
-    if (!options.ignore.empty() && !options.ignore_below)
+    if (!options.ignore.empty() && !options.ignored_by.is_limit())
         said += "; if " + options.ignore +
-                " is an alpha or a confidence, add --ignore-below: all that is not 0 in it does not count";
+                " is an alpha or a confidence, add --ignore-below or --ignore-above: all that is not 0 in it does not "
+                "count";
     return said;
 }
 
@@ -329,6 +332,7 @@ private:
     ReadOptions read_options(const Work& work) const {
         return {.channel = task_.channel,
                 .packing = work.frame.camera->packing,
+                .gamma = work.frame.camera->gamma,
                 .overscan = std::ranges::all_of(work.frame.companions, is_exr), // others cannot hold it
                 .as_counted = is_metric(work.frame.camera->camera.encoding),
                 .memory = task_.memory};
@@ -350,7 +354,7 @@ private:
     void ignore(Work& work) const {
         if (task_.ignore.empty() || is_relative()) // whose values have lost them already
             return;
-        const cv::Mat ignored = io::ignored(work.frame.companions.back(), task_.ignore_below, work.depth.windows);
+        const cv::Mat ignored = io::ignored(work.frame.companions.back(), task_.ignored_by, work.depth.windows);
         work.invalid->write(work.depth.values.data, on_host(work.depth.values, work.depth.storage),
                             [&](int x, int y) { return ignored.at<uchar>(y, x) != 0; });
     }
@@ -382,12 +386,25 @@ private:
             work.examined->stored.image = to_device(device_, depth.values);
         }
         const HostDepth values = on_host(depth.values, depth.storage);
-        work.examined->subject = Subject(work.seen, depth.storage);
-        work.examined->subject.add(values, on_host(work.examined->z));
-        work.examined->subject.each = [values, &work](const auto& visit) { visit(values, on_host(work.examined->z)); };
+        const HostFloats z = on_host(work.examined->z);
+        work.examined->look.add(z);
+        work.examined->subject = Subject(work.seen, values, z, work.is_sampled ? Closely::some : Closely::whole);
         find_doubts(work);
         if (work.picture_size && task_.made_of)
             bring_up(work);
+        if (task_.edges == Edges::sharpen && !is_relative())
+            sharpen(work);
+    }
+
+    void sharpen(Work& work) const {
+        StoredDepth& stored = work.examined->stored;
+        const Image color = task_.made_of ? to_device(device_, work.frame.images.get().picture.color) : Image();
+        cv::Mat changed(stored.image.height(), stored.image.width(), CV_8UC1);
+        const Image mask(device_, Element::u8, {changed.cols, changed.rows});
+        stored = sharpen_edges(stored, color, mask);
+        mask.download(changed.data);
+        work.depth_words += fmt::format(", {} sharpened",
+                                        percent(static_cast<std::size_t>(cv::countNonZero(changed)), changed.total()));
     }
 
     void find_doubts(Work& work) const {
@@ -395,7 +412,7 @@ private:
             work.examined->value_doubts = work.relative_doubts;
             return;
         }
-        const Look& look = work.examined->subject.look;
+        const Look& look = work.examined->look;
         const auto end = [&](float z) { return look.surfaces() > 0 ? json_number(z) : nlohmann::ordered_json(); };
         work.depth_channel = work.depth.channel;
         work.depth_words = in_words(look, has_plane_in_focus(work.seen) ? "z" : "distance");
@@ -403,9 +420,15 @@ private:
                               {"farthest", end(look.farthest)},
                               {"background", look.background},
                               {"invalid", look.invalid}};
-        work.examined->value_doubts = doubts(work.examined->subject);
-        if (const auto refused = refusal(work.examined->subject))
-            throw Error(work.invalid && look.invalid == look.pixels ? nothing_left(task_) : *refused);
+        if (look.invalid == look.pixels && work.is_sampled) // a sample cannot say why
+            work.examined->subject =
+                Subject(work.seen, work.examined->subject.whole, on_host(work.examined->z), Closely::whole);
+        for (const Finding& finding : doubts(work.examined->subject))
+            if (finding.fault != Fault::filtered || task_.edges != Edges::sharpen)
+                work.examined->value_doubts.push_back(in_words(finding));
+        if (const auto refused = refusal(work.examined->subject);
+            refused && (look.invalid == look.pixels || refused->fault != Fault::nothing_measured))
+            throw Error(work.invalid && look.invalid == look.pixels ? nothing_left(task_) : in_words(*refused));
         const cv::Size display = size_for(*work.frame.camera, work.depth.windows, work.picture_size);
         work.examined->camera_doubts = key_doubts(work.frame.camera->text, display.width, display.height);
     }
@@ -510,6 +533,7 @@ int each_depth(Task& task) {
                      if (pipes.any())
                          pipes.give(n, job);
                  }
+                 work.is_sampled = n != wanted && !task.strict && work.frame.in_sequence;
                  steps.read(work);
              },
          .compute = [&](std::size_t, Work& work) { steps.compute(work); },

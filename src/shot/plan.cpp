@@ -89,7 +89,9 @@ void Inputs::add_files(const std::string& argument, std::vector<std::string> fil
     });
     const auto has = [&](const char* name) { return std::filesystem::exists(std::filesystem::path(argument) / name); };
     if (files.empty() && (has(".zarray") || has(".zgroup") || has("zarr.json")))
-        throw Error(argument + ": is zarr; save the array that holds depth as .npy (zarr.open and numpy.save)");
+        throw Error(
+            argument +
+            ": holds arrays, and zarr is no image; save the array that holds depth as .npy (zarr.open and numpy.save)");
     if (files.empty())
         throw Error(argument + (had_some ? ": holds only what Fathom has laid beside results; name the results"
                                          : ": stands for no image; check the name"));
@@ -330,7 +332,7 @@ double as_written(double value) {
 io::Ignored ignored_of(const DepthOptions& options, const fs::path& mask) {
     if (options.ignore.empty())
         return {};
-    return [&options, mask](cv::Size size) { return io::ignored(mask, options.ignore_below, {{{0, 0}, size}, size}); };
+    return [&options, mask](cv::Size size) { return io::ignored(mask, options.ignored_by, {{{0, 0}, size}, size}); };
 }
 
 std::vector<double> numbers_in(const std::string& text, std::optional<std::size_t> count) {

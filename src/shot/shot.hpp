@@ -242,8 +242,9 @@ struct DepthOptions {
     std::string output;
     std::string format; ///< extension of the results in a folder, with its dot; empty: .exr
     std::string channel;
-    std::string ignore;                         ///< the mask of pixels that do not count; empty: none
-    std::optional<double> ignore_below;         ///< of its alpha or confidence; none: those do not count that are not 0
+    std::string ignore; ///< the mask of pixels that do not count; empty: none
+    io::IgnoredBy ignored_by;
+    std::optional<Edges> edges;                 ///< none: `sharpen` for relative depth alone
     std::optional<std::array<double, 2>> valid; ///< least and greatest distance along the axis of pixels that count
     std::optional<double> png_scale;
     bool append = false; ///< does the first result also hold what its source holds?

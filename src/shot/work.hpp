@@ -26,6 +26,7 @@ struct Examined {
     StoredDepth stored;
     cv::Mat z;     ///< what it decodes to
     cv::Mat small; ///< the depth before it was brought to the picture's size
+    Look look;
     Subject subject;
     std::vector<std::string> value_doubts, camera_doubts;
 };
@@ -47,6 +48,7 @@ struct Work {
     std::optional<Examined> examined;
     std::string depth_channel, depth_words; ///< for the line about a result
     nlohmann::ordered_json depth_members;   ///< for --json
+    bool is_sampled = false;                ///< is its depth judged by some pixels?
     bool doubtful_values = false;
     std::optional<ExrSource> source;
     Windows windows; ///< of the results

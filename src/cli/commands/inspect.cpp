@@ -1,5 +1,6 @@
 // fathom inspect
 #include "cli/options.hpp"
+#include "doubts/look.hpp"
 #include "io/cameras/camera_formats.hpp"
 #include "io/floats_on_host.hpp"
 
@@ -36,7 +37,7 @@ struct Findings {
     std::vector<Channel> channels;
     StoredStatistics statistics;
     std::optional<CameraFindings> camera; ///< what the camera makes of the values
-    std::vector<std::string> doubts;      ///< what is probably wrong with it
+    std::vector<Finding> doubts;          ///< what is probably wrong with it
     Ranking ranking;                      ///< what they could be where there is no camera
     std::optional<Packing> packing;       ///< one that was found and not said
 };
@@ -102,8 +103,10 @@ std::optional<ImportedCamera> camera_for(const InspectArguments& options, std::s
 Findings inspected(const InspectArguments& options) {
     Findings found;
     const std::optional<ImportedCamera> described = camera_for(options, found.why_no_camera);
-    found.depth = described ? read_depth(options.file, {.channel = options.channel, .packing = described->packing})
-                            : read_without_camera(options, found.packing);
+    found.depth =
+        described ? read_depth(options.file,
+                               {.channel = options.channel, .packing = described->packing, .gamma = described->gamma})
+                  : read_without_camera(options, found.packing);
     found.channels = list_channels(options.file);
     const HostDepth stored = io::on_host(found.depth.values, found.depth.storage);
     const cv::Mat& values = found.depth.values;
@@ -117,8 +120,12 @@ Findings inspected(const InspectArguments& options) {
         for (const std::string& warning : imported.warnings)
             complain(fmt::format("warning: {}: {}", options.camera.name(), warning));
         const Camera camera = fathom::camera_for(imported, values.cols, values.rows);
-        found.doubts = depth_doubts(camera, stored);
+        found.doubts = doubts(Subject(camera, stored, Closely::most));
+        for (const std::string& doubt : key_doubts(imported.text, camera.width, camera.height))
+            found.doubts.push_back({Fault::lens, doubt});
         if (const auto doubt = io::ray_channel_doubt(found.depth.channel, camera))
+            found.doubts.push_back({Fault::planes, *doubt});
+        if (const auto doubt = near_and_far_doubt(camera, found.depth.near_and_far))
             found.doubts.push_back(*doubt);
         const cv::Mat z = decoded(found.depth, camera, options.device);
         found.camera = camera_findings(camera, stored, {reinterpret_cast<const float*>(z.data), z.total()});
@@ -209,8 +216,18 @@ ordered_json as_json(const Ranking& ranking, std::optional<Packing> packing) {
             {"guesses", guesses}};
 }
 
+// A sentence, and its cures as members of a camera file.
+ordered_json as_json(const Finding& finding) {
+    auto cures = ordered_json::array();
+    for (const Cure& cure : finding.cures)
+        cures.push_back(ordered_json::parse("{" + in_words(cure.keys) + "}"));
+    return {{"fault", to_string(finding.fault)}, {"words", in_words(finding)}, {"cures", cures}};
+}
+
 ordered_json as_json(const InspectArguments& options, const Findings& found) {
-    ordered_json channels = ordered_json::array(), percentiles;
+    ordered_json channels = ordered_json::array(), percentiles, doubts = ordered_json::array();
+    for (const Finding& finding : found.doubts)
+        doubts.push_back(as_json(finding));
     for (const Channel& channel : found.channels)
         channels.push_back({{"name", channel.name}, {"type", channel.type}});
     const StoredStatistics& s = found.statistics;
@@ -230,7 +247,7 @@ ordered_json as_json(const InspectArguments& options, const Findings& found) {
             {"at_zero", s.at_zero},
             {"at_largest", s.at_largest},
             {"camera", found.camera ? as_json(*found.camera) : ordered_json()},
-            {"doubts", found.doubts},
+            {"doubts", doubts},
             {"could_be", found.camera ? ordered_json() : as_json(found.ranking, found.packing)}};
 }
 
@@ -349,8 +366,8 @@ void print_findings(const InspectArguments& options, const Findings& found) {
         print_camera(options, *found.camera);
     if (!found.doubts.empty())
         fmt::print("\nprobably wrong:\n");
-    for (const std::string& doubt : found.doubts)
-        fmt::print("  {}\n", doubt);
+    for (const Finding& doubt : found.doubts)
+        fmt::print("  {}\n", in_words(doubt));
     if (!found.camera) {
         print_row("background", "unknown without --camera or --preset");
         if (!found.why_no_camera.empty())

@@ -150,6 +150,7 @@ protected:
                             file.native(), channel_of_backs));
         return read_depth(file, {.channel = named == channels.end() ? channel : named->name,
                                  .packing = job.camera->packing,
+                                 .gamma = job.camera->gamma,
                                  .overscan = has_overscan(job.windows)});
     }
 

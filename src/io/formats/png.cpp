@@ -9,6 +9,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <locale>
+#include <optional>
+#include <sstream>
+#include <string>
 #include <string_view>
 #include <utility>
 
@@ -43,6 +47,23 @@ Bytes png_chunk(std::string_view type, View content) {
     return bytes;
 }
 
+/// Keeps the number of a text whose keyword says near or far ("Near", "zfar", "far_plane").
+void read_text(std::string_view text, std::array<std::optional<double>, 2>& near_and_far) {
+    std::string keyword(text.substr(0, text.find('\0')));
+    std::ranges::transform(keyword, keyword.begin(),
+                           [](unsigned char c) { return c | 0x20; }); // of letters the small ones
+    if (keyword.size() >= text.size())
+        return;
+    std::istringstream number{std::string(text.substr(keyword.size() + 1))};
+    number.imbue(std::locale::classic());
+    double value = 0;
+    if (!(number >> value) || !(number >> std::ws).eof() || keyword.find("nearest") != keyword.npos)
+        return;
+    for (const std::size_t i : {0, 1})
+        if (keyword.find(i == 0 ? "near" : "far") != keyword.npos)
+            near_and_far.at(i) = value;
+}
+
 } // namespace
 
 PictureFile read_png(const std::filesystem::path& file, Bytes& bytes) {
@@ -74,6 +95,8 @@ PictureFile read_png(const std::filesystem::path& file, Bytes& bytes) {
         srgb |= type == "sRGB";
         if (type == "gAMA" && length == 4)
             gamma = big_endian(content) / 100000.0;
+        if (type == "tEXt")
+            read_text({reinterpret_cast<const char*>(content.data()), content.size()}, picture.near_and_far);
         if (type == "eXIf")
             picture.exif.assign(content.begin(), content.end());
         if (type == "iCCP") { // a name, a zero, the method of compression
