@@ -91,6 +91,8 @@ def parameters(operation):
     first = {name: types.pop(name) for name in list(types) if name in operation["arguments"]}
     if is_sized_by_picture(operation):
         types["color"] = PIXELS
+    if operation["averaged"]:
+        types["supersampled"] = "int"
     camera = "Camera | None" if has_lens(operation) else "Camera"
     return {"depth": PIXELS, "camera": camera} | first, types | MORE, {"depth": False, "camera": False} | optional, asked
 
@@ -108,6 +110,8 @@ def words_of(operation):
     text = "\n".join(lines) + "\n" + (LENS if has_lens(operation) else "")
     if is_sized_by_picture(operation):
         text += "color: a picture in linear light, whose size and edges the results are to have.\n"
+    if operation["averaged"]:
+        text += "supersampled: depth and images are so many times as large as the camera's image; a result's pixels are means (1 to 4).\n"
     results = operation["results"]
     if not operation["several"]:
         return f"{text}\nReturns {said_of(operation, results[0])}.\n{COMMON}"
@@ -171,7 +175,7 @@ def stub_of(operation):
     return f"{made}\n{text}"
 
 
-KEYS = "arguments", "several", "first_alone"
+KEYS = "arguments", "several", "first_alone", "averaged"
 operations = [json.loads(text) | dict(zip(KEYS, more)) for text, *more in _fathom._described()]
 names = [name for each in operations for name in (each["several"], each["name"]) if name]
 for file, texts in (("_operations.py", [CODE, *map(code_of, operations)]), ("_operations.pyi", [STUB, *map(stub_of, operations)])):

@@ -3,17 +3,24 @@
 // 31.7 tuned to the truth, a gather with the centre's circle 35.9 and 31.2; the noise of the truth 48.4 and 45.3.
 
 #include "io_files.hpp"
+#include "matrices.hpp"
 #include "path_traced.hpp"
 #include "real_inputs.hpp"
 #include "soften.hpp"
 #include "test_device.hpp"
 
+#include <fathom/camera_file.hpp>
 #include <fathom/fathom.hpp>
 #include <fathom/io.hpp>
+#include <fathom/opencv.hpp>
 #include <fathom/picture.hpp>
 #include <fathom/relative.hpp>
 
 #include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+
+#include <cstring>
+#include <fstream>
 
 using namespace fathom;
 using namespace fathom::real;
@@ -160,6 +167,86 @@ TEST_CASE("real: a blur by soft depth is nearly that by exact depth", "[dof][edg
     std::printf("on average %.2f dB, of means %.2f\n", all / count, of_means / means);
     CHECK(all / count <= most_on_average);
     CHECK(of_means / means <= most_of_means);
+}
+
+namespace {
+
+// A .npy of half floats.
+std::vector<float> halves_of(const fs::path& file) {
+    std::ifstream stream(file, std::ios::binary);
+    const std::string bytes{std::istreambuf_iterator<char>(stream), {}};
+    const std::size_t begin =
+        10 + static_cast<unsigned char>(bytes.at(8)) + 256 * static_cast<unsigned char>(bytes.at(9));
+    std::vector<Eigen::half> halves((bytes.size() - begin) / 2);
+    std::memcpy(halves.data(), &bytes[begin], 2 * halves.size());
+    return {halves.begin(), halves.end()};
+}
+
+// Pixels at most so many away from where z changes by 8 % to the next one.
+std::vector<char> edges_of(const cv::Mat& z, int reach) {
+    cv::Mat log, edges(z.size(), CV_8UC1, cv::Scalar(0));
+    cv::log(z, log);
+    for (int y = 0; y < z.rows; ++y)
+        for (int x = 0; x < z.cols; ++x)
+            for (const auto& [u, v] : {std::pair{x + 1, y}, {x, y + 1}})
+                if (u < z.cols && v < z.rows && std::abs(log.at<float>(v, u) - log.at<float>(y, x)) > 0.08f)
+                    edges.at<uchar>(y, x) = edges.at<uchar>(v, u) = 1;
+    cv::dilate(edges, edges, cv::getStructuringElement(cv::MORPH_CROSS, {3, 3}), {-1, -1}, reach);
+    return {edges.datastart, edges.dataend};
+}
+
+} // namespace
+
+// Depth of 36 rays a pixel, averaged as a renderer averages light, against the lens of 256 rays and against unfiltered depth.
+TEST_CASE("real: averaged depth is as good as unfiltered depth once its edges are sharpened",
+          "[dof][ssao][edges][real]") {
+    const fs::path folder = data / "cases" / "renderers";
+    if (!there("cases/renderers"))
+        return;
+    constexpr double least_dof = 36.5, most_ssao = 0.05; // dB within 10 pixels of edges; rms within 2 of them
+    const Device device = test_device();
+    const DepthFile averaged = read_depth(folder / "in" / "r09.exr"),
+                    unfiltered = read_depth(folder / "in" / "r09_clean.exr");
+    const Layout layout{averaged.values.cols, averaged.values.rows};
+    const std::vector<float> truth = halves_of(folder / "truth" / "lens.npy");
+    const cv::Mat light = read_picture(folder / "in" / "r09.exr").color;
+    cv::Mat rgb;
+    cv::cvtColor(light, rgb, cv::COLOR_BGR2RGB);
+    const Image color = to_device(device, rgb);
+    const Camera camera =
+        preset_camera("encoding=view-z,background_from=99,fov_x_deg=61.92751306", layout.width, layout.height);
+    const auto stored = [&](const DepthFile& file) { return StoredDepth{to_device(device, file.values), camera}; };
+    const std::vector<char> near = edges_of(unfiltered.values, 10), beside = edges_of(unfiltered.values, 2);
+    const auto blurred = [&](const StoredDepth& depth) {
+        std::vector<float> got(truth.size());
+        dof(depth, color, {15.238095, 64}).download(got.data());
+        return psnr(got, truth, &near);
+    };
+    const auto visibility = [&](const StoredDepth& depth) {
+        std::vector<float> got(near.size());
+        ssao(depth, 0.8, {.sampling = Sampling{.quality = Quality::accurate}}).visibility.download(got.data());
+        return got;
+    };
+    const Image changed(device, Element::u8, layout);
+    const StoredDepth sharp = sharpen_edges(stored(averaged), color, changed);
+    const double found = blurred(sharp);
+    const std::vector<float> exact = visibility(stored(unfiltered)), got = visibility(sharp),
+                             as_is = visibility(stored(averaged));
+    const auto rms = [&](const std::vector<float>& open) {
+        double sum = 0, count = 0;
+        for (std::size_t i = 0; i < open.size(); ++i)
+            if (const auto off = static_cast<double>(open[i] - exact[i]); beside[i] && !std::isnan(off)) {
+                sum += off * off;
+                ++count;
+            }
+        return std::sqrt(sum / count);
+    };
+    std::printf("averaged depth: blur %.2f dB near edges (as it is %.2f, unfiltered %.2f); occlusion off by %.3f rms "
+                "(as it is %.3f)\n",
+                found, blurred(stored(averaged)), blurred(stored(unfiltered)), rms(got), rms(as_is));
+    CHECK(found >= least_dof);
+    CHECK(rms(got) <= most_ssao);
+    CHECK(test::same(to_mat(sharpen_edges(stored(unfiltered), color).image), unfiltered.values));
 }
 
 TEST_CASE("real: a photograph with relative depth is blurred as with the frame's own depth", "[dof][relative][real]") {

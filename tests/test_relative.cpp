@@ -107,6 +107,22 @@ TEST_CASE("relative: the steps of 8 bits become slopes", "[relative]") {
         for (std::size_t i = 0; i < got.size(); ++i)
             REQUIRE(std::abs(got[i] - truth.stored[i]) * 255 <= 0.5f + 1e-4f);
 
+        // Under a range the steps are the codes', too.
+        constexpr double low = 51, high = 204;
+        std::vector<float> codes;
+        for (const float value : truth.stored)
+            codes.push_back(std::round(255 * value));
+        const RelativeValues ranged =
+            relative_values({codes.data(), width, height}, 8, {.range = std::array{low, high}, .edges = Edges::keep});
+        double sum = 0, within = 0;
+        for (std::size_t i = 0; i < codes.size(); ++i)
+            if (const double v = ranged.values[i]; v > 0 && v < 1) {
+                const double off = low + v * (high - low) - 255 * static_cast<double>(truth.exact[i]);
+                sum += off * off;
+                ++within;
+            }
+        CHECK((within == 0 || std::sqrt(sum / within) <= 0.1));
+
         worst = std::max(worst, rms_steps(got, truth.exact));
         raw += rms_steps(truth.stored, truth.exact);
         ++planes;

@@ -25,5 +25,6 @@
 #include <fathom/ranking.hpp>
 #include <fathom/relative.hpp>
 #include <fathom/ssao.hpp>
+#include <fathom/supersampled.hpp>
 #include <fathom/tiles.hpp>
 #include <fathom/unproject.hpp>

@@ -91,7 +91,8 @@ StoredDepth upsample_along_edges(const StoredDepth& stored, const Image& color);
 /// Depth that ramps from one surface to the next over a few pixels, as that of networks, averaged and upsampled depth does, with hard
 /// edges: each pixel of a ramp gets about the depth of the surface on one of its two sides. A picture decides on which, and gives back
 /// the depth of what is narrower than a ramp. All other pixels keep their depths, and all of them do where most edges are hard already,
-/// as those of exact depth are: then the result is `stored` itself.
+/// as those of exact depth are: then the result is `stored` itself. Where most edges have pixels whose distance, or value in a depth
+/// buffer, is a mean of both sides, as renderers average it, such a pixel gets the depth of the side that has most of it.
 /// In: the whole of an image, and its picture with 3 or 4 channels in linear light, of the same size. `changed`: an image of bytes of
 /// that size, or none, which gets 1 for each pixel with another depth, and 0 for all others. Waits for the device, and computes on the
 /// host. Accuracy: docs/depth-of-field.md, "Soft edges".

@@ -60,13 +60,34 @@ struct RelativeValues {
 };
 
 /// Makes values from 0 to 1 of relative depth as it is stored, as `fathom dof --relative` does: codes of 8 bits lose their steps
-/// (`smooth_steps`) unless a range is given, depth gets the size of a picture of another size along its edges
+/// (`smooth_steps`), depth gets the size of a picture of another size along its edges
 /// (`upsample_along_edges`), soft edges become hard ones, and the range in focus becomes one value (`flatten_range`). `bits`: 8 and 16 for codes, 32 for floats.
 /// `color`: the picture in linear light, if there is one. `range_option`: how a doubt calls `RelativeOptions::range`.
 /// Throws: std::invalid_argument for channels other than one or R = G = B, and an alpha; for pixels of which none has a
 /// value; for a range that is not finite or does not ascend; and for a picture of another ratio of width to height, by more than 1 %.
 RelativeValues relative_values(const HostFloats& stored, int bits, const RelativeOptions& options = {},
                                const HostFloats& color = {}, const std::string& range_option = "relative_range");
+
+/// A frame of a shot, as `steady_ranges` needs it: the means of its values in 64 x 48 cells, and the ends of all.
+struct ShotFrame {
+    std::vector<double> cells;
+    double least, greatest;
+};
+
+/// Throws: std::invalid_argument for a frame whose values are all the same, and for one without pixels.
+ShotFrame shot_frame(const HostFloats& stored);
+
+/// Stored values of a frame that become 0 and 1, as `RelativeOptions::range` takes them.
+struct SteadyRange {
+    double least, greatest;
+    bool is_first; ///< of a shot, or behind a cut
+};
+
+/// Ranges under which relative depth does not flicker, though a network gives each frame a scale and an offset of its own: what keeps
+/// its distance then keeps its value from frame to frame, up to the next cut. 0 and 1 are the ends of all frames between two cuts.
+/// Each frame is compared with frames 1, 2, 4, 8 and so on before it, so that nothing drifts; what moves counts little.
+/// Accuracy: docs/sequences.md. Source: weights of Tukey's biweight; slopes are reduced major axes.
+std::vector<SteadyRange> steady_ranges(std::span<const ShotFrame> frames);
 
 #pragma GCC visibility pop
 } // namespace fathom

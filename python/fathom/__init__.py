@@ -13,12 +13,12 @@ import os
 from . import _fathom, _operations
 from ._camera import Camera, CameraWarning, preset_camera
 from ._fathom import BackDepth, Device, DeviceInfo, Error, Image, NoDevice, devices, presets
-from ._more import check, depth_at, options, restore_highlights, upsample_along_edges
+from ._more import check, depth_at, options, restore_highlights, steady_ranges, upsample_along_edges
 from ._operations import *
 
 __version__: str = _fathom._version
 __all__ = ["BackDepth", "Camera", "CameraWarning", "Device", "DeviceInfo", "Error", "Image", "NoDevice", "__version__", "check"]
-__all__ += ["depth_at", "devices", "options", "preset_camera", "presets", "restore_highlights", "upsample_along_edges"]
+__all__ += ["depth_at", "devices", "options", "preset_camera", "presets", "restore_highlights", "steady_ranges", "upsample_along_edges"]
 __all__ += _operations.__all__
 
 atexit.register(_fathom._end_work)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from typing import TYPE_CHECKING, Any, Literal, Sequence
+from typing import TYPE_CHECKING, Any, Iterable, Literal, Sequence
 
 import numpy
 
@@ -75,6 +75,18 @@ def restore_highlights(color: Array | Image, highlights: float) -> numpy.ndarray
     light, _ = floats(color, "numbers", "color")
     _fathom._restore_highlights(light, highlights)
     return light
+
+
+def steady_ranges(frames: Iterable[Array | Image]) -> numpy.ndarray:
+    """Ranges under which relative depth of a shot does not flicker: relative_range for each frame.
+
+    frames: (H, W) arrays of any dtype in their order, each with a scale and an offset of its own, as neural networks give them.
+    What keeps its distance keeps its value then, up to the next cut.
+
+    Returns (N, 2) float64: the stored values of each frame that are 0 and 1. Raises ValueError for a frame of one value.
+    """
+    shot = [_fathom._shot_frame(floats(each, "numbers", "frames")[0]) for each in frames]
+    return numpy.array(_fathom._steady_ranges(shot))
 
 
 def upsample_along_edges(depth: Array | Image, color: Array | Image) -> numpy.ndarray:

@@ -4,6 +4,7 @@
 #include "description/as_json.hpp"
 
 #include <fathom/doubts.hpp>
+#include <fathom/supersampled.hpp>
 
 #include <nanobind/stl/array.h>
 #include <nanobind/stl/optional.h>
@@ -214,6 +215,10 @@ public:
     explicit Call(const nb::dict& arguments)
         : arguments_(arguments), makes_images_(nb::isinstance<DeviceImage>(in(arguments, "depth"))) {
         const nb::handle device = in(arguments, "device");
+        const nb::handle given = in(arguments, "supersampled");
+        if (!given.is_none() && (!nb::try_cast(given, factor) || factor < 1 || factor > most_supersampled))
+            throw std::invalid_argument(
+                text("supersampled = ", in_short(given), " must be a whole number from 1 to ", most_supersampled));
         device_ = makes_images_ && device.is_none() ? nb::cast<DeviceImage&>(in(arguments, "depth")).image.device()
                                                     : device_of(device);
     }
@@ -234,9 +239,13 @@ public:
         auto [image, host] = input(pixels, "depth", argument);
         const int width = image.width(), height = image.height();
         host.storage = storage_of(image.element(), image.channels(), storage, camera.file, argument);
-        const StoredDepth depth{image, camera.of_size(width, height), host.storage};
+        require(width % factor == 0 && height % factor == 0, argument, " is ", width, " x ", height,
+                " pixels, of which supersampled = ", factor, " makes no whole number");
+        const Camera& own = camera.file.camera;
+        const int by = own.width == width && own.height == height ? 1 : factor;
+        const StoredDepth depth{image, fathom::supersampled(camera.of_size(width / by, height / by), by), host.storage};
         if (!camera.are_keys_told)
-            warn(key_doubts(camera.file.text, width, height), "Camera");
+            warn(key_doubts(camera.file.text, width / by, height / by), "Camera");
         camera.are_keys_told = true;
         const bool is_asked = host.data && in(arguments_, "ignore").is_none();
         if (const DepthSketch seen = is_asked ? sketch_of(host) : DepthSketch{};
@@ -312,11 +321,25 @@ public:
         return std::get<Image>(fetches_.back());
     }
 
+    // The same of a frame that is larger than the result, which gets the means of its squares.
+    Image result_of_frame(nb::handle target, const char* argument, Element element, const Layout& layout,
+                          bool directions) {
+        const Image small =
+            result(target, argument, element, {layout.width / factor, layout.height / factor, layout.channels});
+        if (factor == 1)
+            return small;
+        const Image large(device_, element, layout);
+        averages_.emplace_back(large, small, directions);
+        return large;
+    }
+
     // Calls the operation without the interpreter's lock, and waits if arrays take part.
     void run(const std::function<void()>& operation) {
         const Unlocked released;
         try {
             operation();
+            for (const auto& [large, small, directions] : averages_)
+                average_squares(large, small, directions);
             for (const auto& [image, data, row_stride] : fetches_)
                 image.download(data, row_stride);
             if (waits_ && fetches_.empty())
@@ -331,6 +354,7 @@ public:
     }
 
     nb::list results;
+    int factor = 1; ///< of how many pixels each way is one of the results the mean?
 
 private:
     const nb::dict& arguments_;
@@ -339,6 +363,7 @@ private:
     std::vector<HostImage> kept_; // until the device has read them
     RelativeValues relative_;
     std::vector<std::tuple<Image, void*, std::size_t>> fetches_;
+    std::vector<std::tuple<Image, Image, bool>> averages_;
 };
 
 // The depth of a call, and the lens that relative depth has to have.
@@ -397,7 +422,8 @@ bool set_results(const description::Operation& operation, void* made, Call& call
         const auto& [field, image, wanted, shape, content, words] = results[i];
         const nb::object target = alone || out.is_none() ? nb::borrow(out) : nb::object(out[i]);
         if (wanted)
-            *image = call.result(target, alone ? "out" : text("out.", field).c_str(), shape.element, shape.layout);
+            *image = call.result_of_frame(target, alone ? "out" : text("out.", field).c_str(), shape.element,
+                                          shape.layout, content.of == description::Content::Of::directions);
         else
             call.results.append(nb::none());
     }
@@ -420,6 +446,8 @@ nb::object run(const std::string& name, const nb::dict& arguments) {
     const std::shared_ptr<void> made = std::move(its.call); // whose images end before the arrays that they lie in
     StoredDepth depth = depth_of(call, arguments, its.lens);
     set_images(operation, its, made.get(), call, arguments, depth);
+    if (call.factor > 1)
+        operation.supersample(made.get(), call.factor);
     const bool alone = set_results(operation, made.get(), call, in(arguments, "out"), depth);
     const auto circle = std::ranges::find(operation.options, Kind::lens, &Option::kind);
     const LensDefaults* const defaults = its.lens.relative ? nullptr : &camera_in(arguments).file.lens;
@@ -427,7 +455,7 @@ nb::object run(const std::string& name, const nb::dict& arguments) {
         if (circle != end) {
             if (defaults)
                 its.lens = completed(its.lens, *defaults, depth.camera.projection);
-            operation.set(made.get(), *circle, circle_for(its.lens, depth));
+            operation.set(made.get(), *circle, circle_for(supersampled(its.lens, call.factor), depth));
         }
         operation.run(made.get(), operation.repair.empty() ? depth : repaired(depth, its.repair), {});
     });
@@ -479,7 +507,8 @@ nb::list described() {
         for (const char* name : operation.arguments)
             if (name)
                 arguments.append(name);
-        all.append(nb::make_tuple(as_json(operation).dump(), arguments, operation.results, operation.first_alone));
+        all.append(nb::make_tuple(as_json(operation).dump(), arguments, operation.results, operation.first_alone,
+                                  operation.supersample != nullptr));
     }
     return all;
 }
@@ -493,6 +522,20 @@ void bind_operations(nb::module_& module) {
     module.def("_described", described);
     module.def("_restore_highlights", [](const Floats& light, double highlights) {
         restore_highlights({light.data(), light.size()}, on_host(light).channels, highlights);
+    });
+    module.def("_shot_frame", [](const Floats& stored) {
+        ShotFrame frame = shot_frame(on_host(stored));
+        frame.cells.insert(frame.cells.end(), {frame.least, frame.greatest});
+        return frame.cells;
+    });
+    module.def("_steady_ranges", [](const std::vector<std::vector<double>>& shot) {
+        std::vector<ShotFrame> frames;
+        for (const std::vector<double>& frame : shot)
+            frames.push_back({{frame.begin(), frame.end() - 2}, *(frame.end() - 2), frame.back()});
+        std::vector<std::array<double, 2>> ranges;
+        for (const auto& [least, greatest, is_first] : steady_ranges(frames))
+            ranges.push_back({least, greatest});
+        return ranges;
     });
     module.def("_upsample_along_edges", [](const Floats& depth, const Floats& color, const Floats& to) {
         const Unlocked released;

@@ -250,6 +250,42 @@ def test_soft_edges_become_hard_as_in_the_program(agrees, millimetres, kinect, i
         fathom.linearize(soft, kinect, edges="hard")
 
 
+def test_results_of_a_larger_frame_are_means_as_in_the_program(agrees, millimetres, kinect, in_metres):
+    color = picture(millimetres.shape)
+    keys = {key: value for key, value in in_metres.items() if key not in ("width", "height")}
+    small = fathom.Camera(**keys)
+    for name, given, options in (
+        ("dof", LENS, LENS_OPTIONS),
+        ("ssao", {"radius": 0.5}, ["--radius", "0.5"]),
+        ("fog", {"density": 0.1}, ["--density", "0.1"]),
+    ):
+        images = () if name == "ssao" else (color,)
+        got = getattr(fathom, name)(millimetres, small, *images, **given, supersampled=2)
+        assert got.shape[:2] == (millimetres.shape[0] // 2, millimetres.shape[1] // 2)
+        assert agrees(got, [name, *options, "--supersampled", "2"], millimetres, keys, *images)
+        out = numpy.empty_like(got)
+        getattr(fathom, name)(millimetres, small, *images, **given, supersampled=2, out=out)
+        assert same_bits(out, got)
+    for wrong in (5, 0, 1.5, "2"):
+        with pytest.raises(ValueError, match="whole number from 1 to 4"):
+            fathom.ssao(millimetres, small, 0.5, supersampled=wrong)
+    with pytest.raises(ValueError, match="makes no whole number"):
+        fathom.ssao(millimetres[:-1], small, 0.5, supersampled=2)
+
+
+def test_ranges_undo_the_scale_and_offset_of_each_frame():
+    random = numpy.random.default_rng(5)
+    depth = relative_depth("float32")
+    scales, offsets = random.uniform(0.5, 2, 9), random.uniform(-3, 3, 9)
+    shot = [(a * depth + b).astype(numpy.float32) for a, b in zip(scales, offsets)]
+    ranges = fathom.steady_ranges(shot)
+    assert ranges.shape == (9, 2)
+    steady = [(frame - least) / (most - least) for frame, (least, most) in zip(shot, ranges)]
+    assert numpy.nanmax(numpy.std(steady, axis=0)) < 1e-5
+    with pytest.raises(ValueError, match="all values are the same"):
+        fathom.steady_ranges([numpy.ones((4, 5), numpy.float32)])
+
+
 def relative_depth(kind, height=64, width=96):
     """As a network gives it, high for what is near: a slope with a disc before it."""
     y, x = numpy.mgrid[0:height, 0:width] / (height / 64)

@@ -48,14 +48,19 @@ using InRows = std::function<void(int rows, const std::function<void(int begin, 
 /// On all cores.
 void in_threads(int rows, const std::function<void(int begin, int end)>& work);
 
-/// Edges along lines of an image: those from one pixel to the next, as exact depth has them, and ramps of a few pixels.
+/// Edges along lines of an image: those from one pixel to the next, as exact depth has them, ramps of a few pixels in what is affine
+/// over planes, and pixels that are a mean of both sides in z.
 struct EdgeCounts {
-    std::size_t hard = 0, soft = 0;
+    std::size_t hard = 0, soft = 0, clean = 0, means = 0;
 
     /// An edge is at least `least` high, plus `least_part` of what is nearer. `line`: nearness, as `sharpened_edges` takes it.
     void add(std::span<const float> line, float least, float least_part);
 
+    /// The same of distances, for `clean` and `means`.
+    void add_distances(std::span<const float> z);
+
     bool are_soft() const;
+    bool are_means() const;
 };
 
 /// Depth whose edges are ramps of a few pixels, with edges: each pixel of a ramp gets the nearness of one of its sides, and all others
@@ -69,6 +74,10 @@ std::vector<float> sharpened_edges(const HostFloats& nearness, const HostFloats&
 /// The same of distances, +infinity for the background, NaN for what is invalid. `inverse`: under a perspective 1/z is affine.
 std::vector<float> sharpened_distances(const HostFloats& z, bool inverse, const HostFloats& color,
                                        const InRows& in_rows);
+
+/// Distances in which no pixel is a mean of both sides of an edge. Empty where few are. `open`: the same where a background has the
+/// distance that is stored, with which it was averaged. `of_inverse`: are they means of 1/z, as a depth buffer's are? Rows without a gap.
+std::vector<float> without_means(const HostFloats& z, const HostFloats& open, bool of_inverse);
 
 /// The first step of `relative_values`: from 0 to 1, by the range if there is one. `bits` as there.
 void to_fractions(std::span<float> values, int bits, const std::optional<std::array<double, 2>>& range);

@@ -8,6 +8,8 @@
 
 #include "camera/photograph.hpp"
 
+#include "quantile.hpp"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -281,11 +283,7 @@ private:
             for (int x = 0; x < width_; ++x)
                 if (const Ramp ramp = ramp_at(x, y, 0); ramp && ramp.width > 0)
                     widths.push_back(ramp.width);
-        if (widths.empty())
-            return 1;
-        const auto half = widths.begin() + static_cast<std::ptrdiff_t>(widths.size() / 2);
-        std::nth_element(widths.begin(), half, widths.end());
-        return *half;
+        return widths.empty() ? 1 : quantile(std::move(widths));
     }
 
     // Do more of the pixels around one, and with its colour, lie on the near side?

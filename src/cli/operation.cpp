@@ -13,6 +13,7 @@
 #include <fathom/dof.hpp>
 #include <fathom/error.hpp>
 #include <fathom/linearize.hpp>
+#include <fathom/supersampled.hpp>
 
 #include <fmt/format.h>
 
@@ -24,6 +25,8 @@ namespace {
 using description::Content;
 using description::Kind;
 using description::Option;
+
+constexpr description::Range supersamplings = description::whole(1, most_supersampled);
 
 std::optional<fathom::Operation> measured(const std::string& name) {
     for (const fathom::Operation each : {fathom::Operation::ssao, fathom::Operation::dof, fathom::Operation::normals})
@@ -236,10 +239,10 @@ void complete(LensArguments& lens, DepthOptions& options) {
 // The circle of an input, whose own camera may complete the lens, and whose image gives the focus if the lens focuses on a pixel.
 // Pixels are counted in the display window, which the sensor has, too.
 // Throws: Error, for instance for a pixel without depth.
-CircleOfConfusion circle_of(const LensArguments& given, const StoredDepth& stored, const Job& job) {
-    if (given.circle)
-        return circle_for(given, stored);
-    LensArguments lens = within(job.windows, lens_of(given, job));
+CircleOfConfusion circle_of(LensArguments lens, const StoredDepth& stored, const Job& job, int factor) {
+    if (lens.circle)
+        return circle_for(supersampled(lens, factor), stored);
+    lens = within(job.windows, supersampled(lens_of(lens, job), factor));
     if (lens.focus_at && lens.relative) // all of whose pixels are the image's
         depth_under(*lens.focus_at, stored, job.windows);
     else if (const auto pixel = std::exchange(lens.focus_at, std::nullopt))
@@ -306,6 +309,12 @@ void OperationTask::add_options(CLI::App& app) {
             add_file(sharp_ ? "Picture" : "Input", option, option.kind == Kind::picture ? "IMAGE" : "FILE",
                      option.words +
                          std::string(picture_of(operation_, option) ? " (default: that of its picture's file)" : ""));
+    if (operation_.supersample)
+        add_option(app, "Input", "--supersampled", "N", supersampled,
+                   "the depth and the picture are of a frame N times as large each way as the camera's image, and each "
+                   "pixel of the results is the mean of N x N (" +
+                       supersamplings.limits() + ")")
+            ->check(is_in(supersamplings));
     if (circle_)
         add_lens_options(app, lens_, *circle_);
     std::vector<Option> own = operation_.options;
@@ -326,6 +335,17 @@ void OperationTask::add_options(CLI::App& app) {
 void OperationTask::prepare() {
     if (circle_)
         complete(lens_, *this);
+    if (supersampled > 1 && append)
+        throw UsageError("--append: the results of --supersampled have fewer pixels than their input; leave one of "
+                         "them out");
+    try {
+        if (supersampled > 1) // shows early what it refuses
+            operation_.supersample(operation_.make(call_.get()).get(), supersampled);
+    } catch (const std::invalid_argument& error) {
+        std::string message = error.what();
+        std::replace(message.begin(), std::ranges::find(message, ' '), '_', '-');
+        throw UsageError("--" + message);
+    }
     for (const Option& option : operation_.options)
         if (option.kind == Kind::result && has_file(spelled(option)))
             operation_.set(call_.get(), option, true);
@@ -411,13 +431,20 @@ std::vector<std::string> OperationTask::doubts(const Job& job) const {
 
 std::vector<std::string> OperationTask::blur_doubts(const StoredDepth& stored, const Job& job, const Subject& subject,
                                                     Sky sky, double max_coc_px) const {
-    return lens_doubts(subject, lens_of(lens_, job), circle_of(lens_, stored, job), sky, max_coc_px, lens_words());
+    CircleOfConfusion circle = circle_of(lens_, stored, job, supersampled); // in the frame's pixels
+    if (supersampled > 1)
+        max_coc_px = std::min(max_coc_px, DofOptions{}.max_coc_px / supersampled);
+    circle.k = static_cast<double>(circle.k) / supersampled;
+    circle.g = static_cast<double>(circle.g) / supersampled;
+    return lens_doubts(subject, lens_of(lens_, job), circle, sky, max_coc_px, lens_words());
 }
 
 std::vector<Made> OperationTask::make(const StoredDepth& stored, Job& job) {
     if (max_error_ > 0)
         explain_method(*measured(operation_.name), stored, job, max_error_, explain_);
     const std::shared_ptr<void> call = operation_.make(call_.get());
+    if (supersampled > 1)
+        operation_.supersample(call.get(), supersampled);
     Images images = job.images.get(); // read by the device until the results are there
     change(images);
     const Device& device = stored.image.device();
@@ -435,24 +462,30 @@ std::vector<Made> OperationTask::make(const StoredDepth& stored, Job& job) {
                                                  : option->kind == Kind::directions ? images.normals
                                                                                     : images.thickness));
     if (circle_)
-        set_image(*circle_, circle_of(lens_, stored, job));
+        set_image(*circle_, circle_of(lens_, stored, job, supersampled));
     set_for_input(call.get(), stored, images, job);
     return results(call.get(), operation_.repairs ? repaired(stored, repair_) : stored, job);
 }
 
 std::vector<Made> OperationTask::results(void* call, const StoredDepth& stored, const Job& job) const {
     const std::vector<description::Result> described = operation_.results_of(call, stored);
+    const Device& device = stored.image.device();
     std::vector<std::optional<io::FloatsOnHost>> made(described.size());
     for (std::size_t i = 0; i < described.size(); ++i)
-        if (const Layout& layout = described[i].shape.layout; described[i].wanted)
+        if (const Layout& layout = described[i].shape.layout; described[i].wanted) {
             *described[i].image =
-                made[i].emplace(stored.image.device(), cv::Size(layout.width, layout.height), layout.channels).image();
+                made[i].emplace(device, cv::Size(layout.width, layout.height) / supersampled, layout.channels).image();
+            if (supersampled > 1)
+                *described[i].image = Image(device, Element::f32, {layout.width, layout.height, layout.channels});
+        }
     operation_.run(call, stored, {});
     std::vector<Made> all;
     for (std::size_t i = 0; i < described.size(); ++i) {
         if (!made[i])
             continue;
         const bool has_directions = described[i].content.of == Content::Of::directions;
+        if (supersampled > 1)
+            average_squares(*described[i].image, made[i]->image(), has_directions);
         all.emplace_back(has_directions ? directions_for(job.outputs[all.size()], made[i]->mat()) : made[i]->mat());
         if (described[i].content.of == Content::Of::light)
             all.back().format = job.images.get().picture.format;

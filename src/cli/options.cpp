@@ -58,13 +58,13 @@ void give(CLI::Option& option, const std::string& value) {
     option.run_callback();
 }
 
-// What an operation computes may change. Which files there are, and how they are read, may not: --relative-range and
-// --focus-range change the depth as it is read.
+// What an operation computes may change. Which files there are, and how they are read, may not, but for the range of relative depth.
 bool can_change(const CLI::Option& option) {
     static const std::set<std::string> fixed{"Input",  "Picture", "Distance", "Positions",      "Frames",
                                              "Output", "Report",  "Device",   "Relative depth", "Options"};
     return option.get_expected_max() == 1 && !option.get_positional() &&
-           (option.get_name() == "--blur-px" || !fixed.contains(option.get_group()));
+           (option.get_name() == "--blur-px" || option.get_name() == "--relative-range" ||
+            !fixed.contains(option.get_group()));
 }
 
 CLI::Option& option_called(CLI::App& app, const std::string& name) {
@@ -108,16 +108,7 @@ Animation animation_of(CLI::App& app, const std::string& text) {
 }
 
 void add_frame_options(CLI::App& app, DepthOptions& options) {
-    const auto take = [&options](const std::string& text) {
-        try {
-            options.inputs.frames = sequence::parse_frames(text);
-        } catch (const std::invalid_argument& error) {
-            throw CLI::ValidationError("--frames", error.what());
-        }
-    };
-    add_option(
-        app, "Frames", "--frames", "RANGE", take,
-        "frames of shot.####.exr, as in 1-240, 1-240x2 (every second) or 1-9,20 (default: those that are there)");
+    add_frames_option(app, options.inputs);
     add_enum_option(app, "Frames", "--missing", options.inputs.skip_missing, {{"error", false}, {"skip", true}},
                     "a frame without its files is an error (default), or is left out (skip)");
     // Every value of the file is parsed and checked as the option itself does it, and the first one stays, so that what depends on
@@ -337,6 +328,19 @@ void add_import_options(CLI::App& app, CameraOption& camera) {
     add_option(app, "Input", "--node", "NAME|INDEX", camera.node, "which camera of glTF");
     add_flag(app, "Input", "--undistorted", camera.undistorted,
              "the depth has been undistorted: take P of ROS, or the matrix of OpenCV without its distortion");
+}
+
+void add_frames_option(CLI::App& app, Inputs& inputs) {
+    const auto take = [&inputs](const std::string& text) {
+        try {
+            inputs.frames = sequence::parse_frames(text);
+        } catch (const std::invalid_argument& error) {
+            throw CLI::ValidationError("--frames", error.what());
+        }
+    };
+    add_option(
+        app, "Frames", "--frames", "RANGE", take,
+        "frames of shot.####.exr, as in 1-240, 1-240x2 (every second) or 1-9,20 (default: those that are there)");
 }
 
 void add_channel_option(CLI::App& app, std::string& channel) {

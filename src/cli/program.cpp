@@ -167,8 +167,8 @@ Program::Program()
     };
     for (const description::Operation& operation : description::operations())
         add(command_of(operation), &operation);
-    for (const Command* command :
-         {&show_command, &inspect_command, &camera_command, &presets_command, &options_command, &devices_command})
+    for (const Command* command : {&show_command, &inspect_command, &steady_command, &camera_command, &presets_command,
+                                   &options_command, &devices_command})
         add(*command, nullptr);
 }
 

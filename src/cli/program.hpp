@@ -24,7 +24,8 @@ struct Command {
     std::function<std::function<int()>(CLI::App& app)> configure;
 };
 
-extern const Command show_command, inspect_command, camera_command, presets_command, options_command, devices_command;
+extern const Command show_command, inspect_command, steady_command, camera_command, presets_command, options_command,
+    devices_command;
 
 /// The commands and options of `fathom`.
 class Program {

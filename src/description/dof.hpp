@@ -3,8 +3,11 @@
 #include "description/lens.hpp"
 #include "description/result.hpp"
 #include "description/value.hpp"
+#include "require.hpp"
 
 #include <fathom/dof.hpp>
+
+#include <algorithm>
 
 namespace fathom::description {
 
@@ -44,6 +47,14 @@ struct DofCall {
     DofOptions options = {};
     Image result = {};
 
+    /// Circles count in the result's pixels, and end where those of the frame must.
+    void supersample(int factor) {
+        const double most = DofOptions{}.max_coc_px;
+        require(options.max_coc_px == most || options.max_coc_px * factor <= most, "max_coc_px = ", options.max_coc_px,
+                " pixels of the result are ", options.max_coc_px * factor, " of the frame, where a blur ends at ", most,
+                "; give ", most / factor, " or less");
+        options.max_coc_px = std::min(options.max_coc_px * factor, most);
+    }
     void run(const StoredDepth& stored, const Launch& launch) const {
         dof(stored, color, result, circle, options, launch);
     }

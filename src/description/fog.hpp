@@ -48,6 +48,7 @@ Example:
     FogOptions options{.density = 0};
     Image result = {};
 
+    void supersample(int) const {}
     void run(const StoredDepth& stored, const Launch& launch) const { fog(stored, color, result, options, launch); }
 };
 

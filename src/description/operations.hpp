@@ -42,6 +42,8 @@ struct Operation : Said {
     std::vector<Result> (*results_of)(void*, const StoredDepth&);
     void (*run)(const void*, const StoredDepth&, const Launch&);
     Reach (*reach)(const void*, const Tile&); ///< of a call; none of one whose reach depends on what the depth shows
+    /// Turns lengths in pixels into those of a frame so many times as large; none of one whose results are not averaged.
+    void (*supersample)(void*, int factor) = nullptr;
 
     /// All of them.
     std::array<const std::vector<Option>*, 3> listed() const { return {&lens, &options, &repair}; }
@@ -139,6 +141,8 @@ Operation operation_of() {
         made.reach = [](const void* call, const Tile& tile) {
             return fathom::reach(tile, static_cast<const Call*>(call)->options);
         };
+    if constexpr (requires(Call & call) { call.supersample(1); })
+        made.supersample = [](void* call, int factor) { static_cast<Call*>(call)->supersample(factor); };
     if (LensArguments lens; std::ranges::count(made.options, Kind::lens, &Option::kind) > 0)
         describe(List(&lens, made.lens), lens);
     if (DepthRepair repair; made.repairs)

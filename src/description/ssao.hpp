@@ -87,6 +87,9 @@ struct SsaoCall {
     SsaoOptions options = {};
     Occlusion results = {};
 
+    void supersample(int) const {
+        require(!options.region, "region: a part of a supersampled frame is not computed alone; leave one of them out");
+    }
     void run(const StoredDepth& stored, const Launch& launch) const { ssao(stored, results, radius, options, launch); }
 };
 

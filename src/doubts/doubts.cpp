@@ -8,6 +8,7 @@
 #include "doubts/lengths.hpp"
 #include "doubts/look.hpp"
 #include "doubts/stored_values.hpp"
+#include "quantile.hpp"
 #include "text.hpp"
 
 #include <algorithm>
@@ -425,25 +426,32 @@ Doubt soft_edges_doubt(const Subject& subject) {
     const float least = inverse ? 0 : part * (subject.look.farthest - subject.look.nearest);
     EdgeCounts edges;
     const auto count = [&](const HostDepth& line, int x, int y, int across, int down) {
-        std::vector<float> nearness;
+        std::vector<float> nearness, distances;
         visit_values(line, [&](float value, std::uint32_t bits) {
-            const float z = subject.depth(x, y, value, bits);
+            const float z = distances.emplace_back(subject.depth(x, y, value, bits));
             nearness.push_back(inverse ? 1 / z : -z);
             x += across;
             y += down;
         });
         edges.add(nearness, least, inverse ? part : 0);
+        edges.add_distances(distances);
     };
     for (int y = 0; y < whole.height; y += 1 + whole.height / most_lines)
         count(part_of(whole, 0, y, whole.width, 1), 0, y, 1, 0);
     for (int x = 0; x < whole.width; x += 1 + whole.width / most_lines)
         count(part_of(whole, x, 0, 1, whole.height), x, 0, 0, 1);
-    if (!edges.are_soft() || edges.soft < 6 * edges.hard)
+    const bool are_soft = edges.are_soft() && edges.soft >= 6 * edges.hard;
+    const bool are_means = edges.are_means() && counts_distances(subject.camera.encoding); // mist always has them
+    if (!are_soft && !are_means)
         return std::nullopt;
+    const auto [some, others] = are_soft ? std::pair(edges.soft, edges.hard) : std::pair(edges.means, edges.clean);
     return Finding{Fault::filtered,
-                   text(percent(edges.soft, edges.soft + edges.hard),
-                        " of its edges are ramps of some pixels, as in depth that was averaged, enlarged, or made by a "
-                        "network"),
+                   text(percent(some, some + others),
+                        are_soft
+                            ? " of its edges are ramps of some pixels, as in depth that was averaged, enlarged, or "
+                              "made by a network"
+                            : " of its edges are means of both sides, as a renderer makes them that filters depth "
+                              "like light"),
                    {},
                    "--edges sharpen makes them hard"};
 }
@@ -520,8 +528,8 @@ std::vector<Finding> untried_doubts(const Subject& subject) {
         add(sky_doubt(subject));
     if (!is_invalid) // or holes would be told twice
         add(special_number_doubt(subject));
-    if (!add(filtered_doubt(subject)) && !is_bent)
-        add(soft_edges_doubt(subject));
+    if (is_bent || !add(soft_edges_doubt(subject)))
+        add(filtered_doubt(subject));
     add(projection_doubt(camera.projection));
     if (said.empty()) {
         add(range_doubt(subject));
@@ -581,9 +589,7 @@ DepthSketch sketch_of(const HostDepth& stored) {
                 if (std::isfinite(value) && value != 0)
                     values.push_back(std::abs(static_cast<double>(value)));
             });
-    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-    std::ranges::nth_element(values, middle);
-    return {stored.storage, stored.width, stored.height, values.empty() ? 0 : *middle};
+    return {stored.storage, stored.width, stored.height, values.empty() ? 0 : quantile(std::move(values))};
 }
 
 bool are_alike(const DepthSketch& one, const DepthSketch& other) {

@@ -3,6 +3,7 @@
 
 #include "camera/form.hpp"
 #include "doubts/stored_values.hpp"
+#include "quantile.hpp"
 #include "text.hpp"
 
 #include <fathom/dof.hpp>
@@ -54,9 +55,7 @@ std::vector<std::string> radius_doubts(const Subject& subject, double radius) {
     const bool perspective = camera.lens || depth_form(camera, subject.storage).perspective;
     const auto scale = static_cast<double>(pixel_scale(camera).x);
     const double centre = perspective && !camera.lens ? static_cast<double>(camera_rays(camera).centre_depth) : 0;
-    const auto middle = depths.begin() + static_cast<std::ptrdiff_t>(depths.size() / 2);
-    std::ranges::nth_element(depths, middle);
-    const double pixel = (perspective ? static_cast<double>(*middle) - centre : 1) / scale,
+    const double pixel = (perspective ? static_cast<double>(quantile(depths)) - centre : 1) / scale,
                  across = pixel * std::hypot(camera.width, camera.height);
     if (radius < pixel / 2)
         return {text("the radius of ", number(radius),
@@ -68,9 +67,7 @@ std::vector<std::string> radius_doubts(const Subject& subject, double radius) {
                      " wide in their middle; is it in scene units?")};
     if (camera.lens && camera.lens->law != LensLaw::brown) {
         constexpr double most = 2, some = 0.05; // distances, and the part of the pixels that may be nearer
-        const auto near = depths.begin() + static_cast<std::ptrdiff_t>(some * static_cast<double>(depths.size()));
-        std::ranges::nth_element(depths, near);
-        const double at_most = most * static_cast<double>(*near);
+        const double at_most = most * static_cast<double>(quantile(depths, some));
         if (radius > at_most)
             return {text("the radius of ", number(radius), " is more than twice the distance of ",
                          percent(static_cast<std::size_t>(std::ranges::count_if(

@@ -4,6 +4,7 @@
 
 #include "doubts/stored_values.hpp"
 #include "lens/camera_lens.hpp"
+#include "quantile.hpp"
 #include "text.hpp"
 
 #include <Eigen/Geometry>
@@ -115,12 +116,6 @@ Doubt bytes_doubt(const Subject& subject) {
         {{{{"packing", red_is_high ? Packing::rgb_red_low : Packing::rgb_red_high}}}}};
 }
 
-double quantile(std::vector<float>& values, double part) {
-    const auto at = values.begin() + static_cast<std::ptrdiff_t>(part * static_cast<double>(values.size()));
-    std::ranges::nth_element(values, at);
-    return static_cast<double>(*at);
-}
-
 // The second derivative of columns of an image of all directions along their angle, as a part of the values, where most pixels have
 // one; NaN otherwise.
 double median_bend(std::span<const std::vector<float>> columns, int height) {
@@ -138,7 +133,7 @@ double median_bend(std::span<const std::vector<float>> columns, int height) {
                 bends.push_back(second / static_cast<float>(angle * angle));
         }
     return 4 * bends.size() >= columns.size() * static_cast<std::size_t>(height)
-               ? quantile(bends, 0.5)
+               ? static_cast<double>(quantile(bends))
                : std::numeric_limits<double>::quiet_NaN();
 }
 
@@ -260,7 +255,7 @@ Doubt panorama_doubt(const Subject& subject) {
         rows.add(subject, y);
     if (4 * rows.step.size() < static_cast<std::size_t>(height))
         return std::nullopt;
-    const double little = quantile(rows.step, 0.5), much = std::max(0.1, 4 * little);
+    const float little = quantile(rows.step), much = std::max(0.1f, 4 * little);
     // A floor or a wall has all of a row alike, and a corridor its two halves.
     const bool differs = quantile(rows.half, 0.75) >= much && quantile(rows.mirrored, 0.75) >= much;
     // Over a plane 1/z is straight from row to row, but where rows are angles 1/distance is a sine of them, whose second derivative
@@ -269,8 +264,10 @@ Doubt panorama_doubt(const Subject& subject) {
     const double bend = median_bend(rows.inverse, height), bend_of_z = median_bend(rows.inverse_z, height);
     const bool is_whole = width == 2 * height, is_curved = is_whole && std::abs(bend + 1) < 0.3,
                is_straight = is_whole && std::abs(bend_of_z) < 0.3;
-    const double code = is_float(subject.storage) ? 0 : 1 / quantile(rows.firsts, 0.5); // as a part of the depth
-    if (quantile(rows.seam, 0.75) > 1.5 * quantile(rows.step, 0.75) + 0x1p-12 + code ||
+    const double code =
+        is_float(subject.storage) ? 0 : 1 / static_cast<double>(quantile(rows.firsts)); // as a part of the depth
+    if (static_cast<double>(quantile(rows.seam, 0.75)) >
+            1.5 * static_cast<double>(quantile(rows.step, 0.75)) + 0x1p-12 + code ||
         !(is_curved || (differs && !is_straight)))
         return std::nullopt;
     return Finding{Fault::panorama,

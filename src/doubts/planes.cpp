@@ -7,6 +7,7 @@
 
 #include "camera/form.hpp"
 #include "doubts/stored_values.hpp"
+#include "quantile.hpp"
 
 #include <fathom/pixel_rays.hpp>
 
@@ -82,12 +83,6 @@ std::optional<std::vector<Patch::Place>> places_of(const Window& window, std::sp
                           {ray->z() / straight, 1 / straight, ray->cwiseAbs().maxCoeff() / straight}});
     }
     return places;
-}
-
-double median_of(std::vector<double>& values) {
-    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-    std::ranges::nth_element(values, middle);
-    return *middle;
 }
 
 // How well a reading fits the third of the patches that it fits best: the logarithm of residuals in roundings.
@@ -317,7 +312,7 @@ bool is_smooth(const Sampled& sampled, const Patch& patch) {
             seconds.push_back(std::abs(second));
     }
     constexpr double of_normal = 0.6745 * 2.449489742783178; // its median, and the root of variances of 1, 4 and 1
-    return !seconds.empty() && patch.noise <= alike_noise * median_of(seconds) / of_normal;
+    return !seconds.empty() && patch.noise <= alike_noise * quantile(seconds) / of_normal;
 }
 
 std::vector<Verdict> judge(std::span<const double> misfits, double noise, double least, const Bars& bars) {

@@ -5,6 +5,7 @@
 #include "doubts/look.hpp"
 #include "doubts/planes.hpp"
 #include "doubts/stored_values.hpp"
+#include "quantile.hpp"
 #include "require.hpp"
 #include "text.hpp"
 
@@ -127,11 +128,7 @@ Limbs limbs_of(Values& values, double rounding) {
 
 double median_of(std::vector<float> values) {
     std::erase_if(values, [](float value) { return std::isnan(value); });
-    if (values.empty())
-        return NAN;
-    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-    std::nth_element(values.begin(), middle, values.end());
-    return static_cast<double>(*middle);
+    return values.empty() ? NAN : static_cast<double>(quantile(std::move(values)));
 }
 
 enum class Near { unknown, less, more };

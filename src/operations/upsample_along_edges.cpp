@@ -83,9 +83,22 @@ StoredDepth sharpen_edges(const StoredDepth& stored, const Image& color, const I
     std::vector<float> z = floats_of(linearize(stored, {.as = along_axis ? Along::axis : Along::ray}).image), light;
     if (color)
         light = floats_of(color);
-    const std::vector<float> made = sharpened_distances(
+    StoredDepth without_background = stored;
+    without_background.camera.background = std::numeric_limits<double>::quiet_NaN(); // none
+    without_background.camera.background_from.reset();
+    without_background.camera.background_from_largest_half = false;
+    const std::vector<float> open =
+        floats_of(linearize(without_background, {.as = along_axis ? Along::axis : Along::ray}).image);
+    const Encoding encoding = stored.camera.encoding;
+    const bool is_of_inverse =
+        stored.camera.projection.is_perspective() &&
+        (encoding == Encoding::window || encoding == Encoding::inverse || encoding == Encoding::inverse_range);
+    std::vector<float> made = sharpened_distances(
         {z.data(), layout.width, layout.height}, stored.camera.lens || stored.camera.projection.is_perspective(),
         color ? HostFloats{light.data(), layout.width, layout.height, color.channels()} : HostFloats{}, in_threads);
+    if (made.empty())
+        made = without_means({z.data(), layout.width, layout.height}, {open.data(), layout.width, layout.height},
+                             is_of_inverse);
     if (changed) {
         std::vector<std::uint8_t> differ(z.size());
         for (std::size_t i = 0; i < made.size(); ++i)

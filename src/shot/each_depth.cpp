@@ -10,6 +10,7 @@
 #include <fathom/frames.hpp>
 #include <fathom/linearize.hpp>
 #include <fathom/opencv.hpp>
+#include <fathom/supersampled.hpp>
 
 #include <fmt/format.h>
 
@@ -43,20 +44,48 @@ auto later(Make make) {
     return task.get_future().share();
 }
 
-// The image that a camera file is of: the depth, or its picture, which sees the same in other pixels.
-cv::Size size_for(const CameraFile& file, const Windows& windows, const std::optional<cv::Size>& picture) {
-    const bool of_picture = picture && cv::Size(file.camera.width, file.camera.height) == *picture;
-    return of_picture ? *picture : windows.display;
+// The image that a camera file is of: the depth, or its picture, which sees the same in other pixels; or the results, which have so
+// many times fewer pixels each way, unless the file says the frame's own size.
+cv::Size size_for(const CameraFile& file, const Windows& windows, const std::optional<cv::Size>& picture,
+                  int supersampled) {
+    const cv::Size own(file.camera.width, file.camera.height);
+    if (picture && own == *picture)
+        return *picture;
+    return own == windows.display ? own : windows.display / supersampled;
 }
 
 // The camera of the pixels that were read.
-Camera camera_of(const CameraFile& file, const Windows& windows, const std::optional<cv::Size>& picture) {
-    const cv::Size size = size_for(file, windows, picture);
+Camera camera_of(const CameraFile& file, const Windows& windows, const std::optional<cv::Size>& picture,
+                 int supersampled) {
+    const cv::Size size = size_for(file, windows, picture, supersampled);
     Camera camera = camera_for(file, size.width, size.height);
+    if (size == windows.display / supersampled)
+        camera = fathom::supersampled(camera, supersampled);
     camera.width = windows.display.width;
     camera.height = windows.display.height;
     const cv::Rect& part = windows.data;
     return has_overscan(windows) ? cropped(camera, part.x, part.y, part.width, part.height) : camera;
+}
+
+// The windows of the results of a larger frame.
+Windows smaller(const Windows& windows, int factor) {
+    const auto& [data, display] = windows;
+    return {{data.tl() / factor, data.size() / factor}, display / factor};
+}
+
+// Throws: Error where squares of pixels do not fill the windows.
+void check_squares(const Work& work, int factor) {
+    for (const auto& [data, display] : {work.frame.windows, work.windows})
+        for (const int side : {data.x, data.y, data.width, data.height, display.width, display.height})
+            if (side % factor != 0)
+                throw Error(fmt::format("{}: is {} × {} pixels{}, of which --supersampled {} makes no whole number; "
+                                        "render a frame that is {} times as large as the result",
+                                        work.frame.input.native(), display.width, display.height,
+                                        has_overscan({data, display}) ? " with overscan" : "", factor, factor));
+    if (work.picture_size && factor > 1)
+        throw Error(fmt::format("{}: has another size than its picture; --supersampled needs both in the size of the "
+                                "large frame",
+                                work.frame.input.native()));
 }
 
 // As a lens focuses: along the view axis, or along the ray where that axis means little.
@@ -105,6 +134,10 @@ void read_relative(const DepthOptions& options, Work& work) {
     if (options.made_of)
         color = read_picture(job.companions[*options.made_of], {.layer = options.picture.layer, .encoding = {}}).color;
     RelativeOptions read = options.relative_options;
+    for (std::size_t i = 0; i < job.values.size(); ++i)
+        if (options.animations[i].option == "--relative-range")
+            if (const std::vector<double> ends = numbers_in(job.values[i], 2); !ends.empty())
+                read.range = {ends[0], ends[1]};
     if (!read.range && bits == 32)
         read.range = job.range;
     const auto in_rows = [](int rows, const std::function<void(int, int)>& work) {
@@ -201,12 +234,13 @@ public:
         frame.images = later([&] { return task_.read(job); });
         work.picture_size = picture_size(work);
         work.seen = is_relative() ? relative_camera(depth.values.cols, depth.values.rows, *task_.relative)
-                                  : camera_of(*frame.camera, depth.windows, work.picture_size);
+                                  : camera_of(*frame.camera, depth.windows, work.picture_size, task_.supersampled);
         settle_sky(work.seen, depth.values);
         if (work.picture_size && task_.made_of)
             frame.windows = {{{0, 0}, *work.picture_size}, *work.picture_size};
         find_source(task_, work);
         check_append(work);
+        check_squares(work, task_.supersampled);
         if (!is_relative())
             work.channel_doubts = channel_doubts(work, task_.channel);
     }
@@ -235,6 +269,9 @@ public:
         work.examined->z.release();
         work.examined->small.release();
         work.results = at_any_width(device_, [&] { return task_.make(work.examined->stored, frame); });
+        for (Windows* windows : {&frame.windows, &work.windows, work.source ? &work.source->windows : nullptr})
+            if (windows && task_.supersampled > 1)
+                *windows = smaller(*windows, task_.supersampled);
         work.examined.reset();
         frame.images = {};
         work.depth.values.release();
@@ -429,7 +466,8 @@ private:
         if (const auto refused = refusal(work.examined->subject);
             refused && (look.invalid == look.pixels || refused->fault != Fault::nothing_measured))
             throw Error(work.invalid && look.invalid == look.pixels ? nothing_left(task_) : in_words(*refused));
-        const cv::Size display = size_for(*work.frame.camera, work.depth.windows, work.picture_size);
+        const cv::Size display =
+            size_for(*work.frame.camera, work.depth.windows, work.picture_size, task_.supersampled);
         work.examined->camera_doubts = key_doubts(work.frame.camera->text, display.width, display.height);
     }
 

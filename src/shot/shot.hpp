@@ -244,6 +244,7 @@ struct DepthOptions {
     std::string channel;
     std::string ignore; ///< the mask of pixels that do not count; empty: none
     io::IgnoredBy ignored_by;
+    int supersampled = 1;                       ///< of how many pixels each way is one of the results the mean?
     std::optional<Edges> edges;                 ///< none: `sharpen` for relative depth alone
     std::optional<std::array<double, 2>> valid; ///< least and greatest distance along the axis of pixels that count
     std::optional<double> png_scale;

@@ -97,6 +97,9 @@ Imf::Header header_of(cv::Size size, const WriteOptions& options) {
                 if (!is_stale(each.name()))
                     header.insert(each.name(), each.attribute());
             const V2i corner = old.displayWindow().min + V2i(source->windows.data.x, source->windows.data.y);
+            Box2i& display = header.displayWindow();
+            if (const cv::Size& own = source->windows.display; !own.empty())
+                display.max = display.min + V2i(own.width - 1, own.height - 1);
             header.dataWindow() = Box2i(corner, corner + V2i(size.width - 1, size.height - 1));
         });
     header.compression() = compression_of(options.compression.value_or(ExrCompression::zip));

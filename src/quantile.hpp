@@ -1,0 +1,17 @@
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <vector>
+
+namespace fathom {
+
+/// The value at which such a part of some values is less: by default their median. There is at least one.
+template <typename T>
+T quantile(std::vector<T> values, double part = 0.5) {
+    const auto at = values.begin() + static_cast<std::ptrdiff_t>(part * static_cast<double>(values.size()));
+    std::ranges::nth_element(values, at);
+    return *at;
+}
+
+} // namespace fathom
