@@ -38,10 +38,12 @@ void visit_edges(std::span<const float> z, const Visit& visit) {
     const float least_in_z = few_steps * least_change(z, itself),
                 least_in_inverse = few_steps * least_change(z, inverse);
     const auto apart = [&](std::size_t i, std::size_t j) { return z[i] == z[j] ? 0 : std::abs(std::log(z[j] / z[i])); };
+    const float least_ratio = std::exp(step);
     const auto is_edge = [&](std::size_t left, std::size_t right) {
+        if (!(z[right] >= least_ratio * z[left] || z[left] >= least_ratio * z[right])) // as nearly everywhere
+            return false;
         const float all = apart(left, right), before = apart(left, left - 1), behind = apart(right, right + 1);
-        if (!(all >= step && before <= of_step * all && behind <= of_step * all &&
-              std::abs(z[right] - z[left]) >= least_in_z &&
+        if (!(before <= of_step * all && behind <= of_step * all && std::abs(z[right] - z[left]) >= least_in_z &&
               std::abs(inverse(z[right]) - inverse(z[left])) >= least_in_inverse))
             return false;
         const bool has_sky = std::isinf(all);
