@@ -6,7 +6,8 @@
 
 namespace fathom {
 
-/// The value at which such a part of some values is less: by default their median. There is at least one.
+/// The value than which a part of some values is less: by default half of them, so that it is their median. There is at least one value,
+/// and none is NaN. `part`: from 0 to below 1.
 template <typename T>
 T quantile(std::vector<T> values, double part = 0.5) {
     const auto at = values.begin() + static_cast<std::ptrdiff_t>(part * static_cast<double>(values.size()));

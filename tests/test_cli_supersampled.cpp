@@ -141,7 +141,7 @@ TEST_CASE("supersampled program: what does not fit is refused in one line") {
     };
     const Arguments ssao{"ssao", frame.depth, "--radius", "1"};
     refused(joined(ssao, {"--supersampled", "5"}), 2, "'5' will not do");
-    refused(joined(ssao, {"--supersampled", "3"}), 1, "makes no whole number");
+    refused(joined(ssao, {"--supersampled", "3"}), 1, "needs multiples of 3 there");
     refused(joined(ssao, {"--supersampled", "2", "--region", "0,0,8,8"}), 2, "--region");
     refused(joined(ssao, {"--supersampled", "2", "--append"}), 2, "--append: the results of --supersampled");
     const Arguments dof{"dof", frame.depth, "--color", frame.picture, "--circle", "4,16", "--supersampled", "2"};

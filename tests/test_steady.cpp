@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstdio>
 #include <random>
+#include <tuple>
 
 using namespace fathom;
 
@@ -166,4 +167,65 @@ TEST_CASE("steady: ranges ascend and hold all values, whatever the frames are") 
     CHECK_THROWS_WITH(shot_frame({same.data(), 4, 3}), ContainsSubstring("all values are the same"));
     CHECK_THROWS_WITH(shot_frame({none.data(), 4, 3}), ContainsSubstring("all values are the same"));
     CHECK_THROWS_WITH(shot_frame({}), ContainsSubstring("must have pixels"));
+}
+
+TEST_CASE("steady: a wall that fills most of the frame is no cut, and beside it cuts are found") {
+    std::mt19937 random(13);
+    std::normal_distribution normal;
+    std::vector<ShotFrame> shot;
+    std::vector<double> values;
+    for (int t = 0; t < 24; ++t) {
+        const double scale = std::exp(0.3 * normal(random)), offset = normal(random);
+        std::vector<float> frame;
+        for (int y = 0; y < height; ++y)
+            for (int x = 0; x < width; ++x) {
+                const double wall = 0.1, ramp = 0.1 + 0.9 * (y - 58) / (height - 58);
+                double value = y < 58 ? wall : t < 14 ? ramp : 1.1 - ramp;
+                if (std::hypot(x - (t < 14 ? 40 : 120), y - 60) < 18)
+                    value = t < 14 ? 0.8 : 0.4;
+                frame.push_back(static_cast<float>(scale * (value + 0.01 * normal(random)) + offset));
+            }
+        shot.push_back(shot_frame({frame.data(), width, height}));
+        values.push_back(scale * 0.1 + offset);
+    }
+    const std::vector<SteadyRange> ranges = steady_ranges(shot);
+    for (std::size_t t = 0; t < ranges.size(); ++t) {
+        CHECK(ranges[t].is_first == (t == 0 || t == 14));
+        const auto steady = [&](std::size_t i) {
+            return (values[i] - ranges[i].least) / (ranges[i].greatest - ranges[i].least);
+        };
+        CHECK(blur_px * std::abs(steady(t) - steady(t < 14 ? 0 : 14)) < 0.2);
+    }
+}
+
+TEST_CASE("steady: values far from 0, and a sky that is cut off at 0, change nothing") {
+    for (const auto& [offset, step, sky] : {std::tuple{30000.0, 1.0, false}, {1e5, 0.0, false}, {0.0, 0.0, true}}) {
+        std::mt19937 random(17);
+        std::normal_distribution normal;
+        std::vector<ShotFrame> shot;
+        std::vector<double> values;
+        for (int t = 0; t < 24; ++t) {
+            const double scale = 60 * std::exp(0.2 * normal(random)), own = offset + 10 * normal(random);
+            std::vector<float> frame;
+            for (int y = 0; y < height; ++y)
+                for (int x = 0; x < width; ++x) {
+                    double value = scale * inverse_depth(x, y, t, 0, 1) + own + (sky ? 20 : 0);
+                    value = step > 0 ? step * std::round(value / step) : value;
+                    frame.push_back(static_cast<float>(sky && y < 36 ? 0 : value));
+                }
+            shot.push_back(shot_frame({frame.data(), width, height}));
+            values.push_back(scale * 0.4 + own + (sky ? 20 : 0));
+        }
+        const std::vector<SteadyRange> ranges = steady_ranges(shot);
+        double most = 0;
+        const auto steady = [&](std::size_t i) {
+            return (values[i] - ranges[i].least) / (ranges[i].greatest - ranges[i].least);
+        };
+        for (std::size_t t = 1; t < ranges.size(); ++t) {
+            CHECK(!ranges[t].is_first);
+            most = std::max(most, blur_px * std::abs(steady(t) - steady(0)));
+        }
+        std::printf("values about %.0f%s: circles off by at most %.3f px\n", offset, sky ? ", a sky at 0" : "", most);
+        CHECK(most < 0.3);
+    }
 }

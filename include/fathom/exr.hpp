@@ -25,9 +25,10 @@ enum class ExrCompression { none, zips, zip, piz, dwaa };
 /// The OpenEXR file that a result belongs to.
 struct ExrSource {
     std::filesystem::path file;
-    std::string channel; ///< as in `ReadOptions`: the part that has it is meant
-    Windows windows;     ///< of the result, whose data window has its size
-    bool append = false; ///< does the result also hold all that the file holds?
+    std::string channel;     ///< as in `ReadOptions`: the part that has it is meant
+    Windows windows;         ///< of the result, whose data window has its size
+    bool append = false;     ///< does the result also hold all that the file holds?
+    bool is_resized = false; ///< has the result other pixels, so that its display window is that of `windows`?
 };
 
 /// How many threads OpenEXR takes to read and to write, in the whole process: as many as there are cores, if 0. Without this call

@@ -16,11 +16,12 @@ inline constexpr int most_supersampled = 4;
 /// ray for each pixel of the small image.
 Camera supersampled(const Camera& camera, int factor);
 
-/// The lens for such an image, in whose pixels its lengths then count: those of `circle` and `blur_px`, and those that are in focus.
+/// The lens for such an image, in whose pixels `circle` and `blur_px` then count. A pixel of `focus_at` and `focus_along` becomes the
+/// middle one of its square. Throws: std::invalid_argument for such a factor, and for a pixel that lies outside every image.
 LensArguments supersampled(LensArguments lens, int factor);
 
-/// Means over squares of pixels, which are as large as `small` has fewer pixels than `large`. NaN is left out; where all of a square
-/// is NaN, so is its mean. `directions`: means of vectors get the length 1 again, or are 0 where they cancel.
+/// Means over squares of N × N pixels, N being the width of `large` over that of `small`, any whole number. NaN is left out; where all
+/// of a square is NaN, so is its mean. `directions`: means of vectors get the length 1 again, or are 0 where they cancel.
 /// In and out: images of one element type and as many channels, in linear light where they are light. Waits for the device, and
 /// computes on the host. Accuracy: half a unit in the last place, and 2 of directions.
 /// Throws: std::invalid_argument for images that do not fit; Error from the device.

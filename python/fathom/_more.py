@@ -86,7 +86,7 @@ def steady_ranges(frames: Iterable[Array | Image]) -> numpy.ndarray:
     Returns (N, 2) float64: the stored values of each frame that are 0 and 1. Raises ValueError for a frame of one value.
     """
     shot = [_fathom._shot_frame(floats(each, "numbers", "frames")[0]) for each in frames]
-    return numpy.array(_fathom._steady_ranges(shot))
+    return numpy.array(_fathom._steady_ranges(shot)).reshape(-1, 2)
 
 
 def upsample_along_edges(depth: Array | Image, color: Array | Image) -> numpy.ndarray:

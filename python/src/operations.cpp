@@ -209,7 +209,8 @@ void warn(const std::vector<std::string>& said, const char* name) {
 // One call of an operation: its inputs as images, its results, and the wait for them.
 //
 // If the depth is an array, results are arrays, and the call returns when they are there. If it is a `fathom.Image`, they are
-// `fathom.Image`s, and the call returns at once unless another input or an `out` is an array. The arguments outlive it.
+// `fathom.Image`s, and the call returns at once unless another input or an `out` is an array, or results are means of larger ones. The
+// arguments outlive it.
 class Call {
 public:
     explicit Call(const nb::dict& arguments)
@@ -296,6 +297,8 @@ public:
             throw std::invalid_argument(text("depth: ", error.what()));
         }
         warn(relative_.doubts, "depth");
+        require(relative_.width % factor == 0 && relative_.height % factor == 0, "depth is ", relative_.width, " x ",
+                relative_.height, " pixels, of which supersampled = ", factor, " makes no whole number");
         waits_ = true;
         return {Image::from_host(device_, Element::f32, relative_.values.data(), {relative_.width, relative_.height}),
                 relative_camera(relative_.width, relative_.height, *lens.relative), Storage::float32};
@@ -383,7 +386,10 @@ void set_images(const description::Operation& operation, const Parsed& its, void
     Image shown;
     const auto fit = [&](const Image& picture) {
         const Unlocked released;
-        if (picture.width() != depth.image.width() || picture.height() != depth.image.height())
+        const bool is_other = picture.width() != depth.image.width() || picture.height() != depth.image.height();
+        require(!is_other || call.factor == 1,
+                "color has another size than depth; supersampled needs both in the size of the large frame");
+        if (is_other)
             depth = upsample_along_edges(depth, picture);
         shown = picture;
     };
@@ -446,6 +452,7 @@ nb::object run(const std::string& name, const nb::dict& arguments) {
     const std::shared_ptr<void> made = std::move(its.call); // whose images end before the arrays that they lie in
     StoredDepth depth = depth_of(call, arguments, its.lens);
     set_images(operation, its, made.get(), call, arguments, depth);
+    its.repair.grow_foreground *= call.factor;
     if (call.factor > 1)
         operation.supersample(made.get(), call.factor);
     const bool alone = set_results(operation, made.get(), call, in(arguments, "out"), depth);
@@ -524,11 +531,13 @@ void bind_operations(nb::module_& module) {
         restore_highlights({light.data(), light.size()}, on_host(light).channels, highlights);
     });
     module.def("_shot_frame", [](const Floats& stored) {
+        const Unlocked released;
         ShotFrame frame = shot_frame(on_host(stored));
         frame.cells.insert(frame.cells.end(), {frame.least, frame.greatest});
         return frame.cells;
     });
     module.def("_steady_ranges", [](const std::vector<std::vector<double>>& shot) {
+        const Unlocked released;
         std::vector<ShotFrame> frames;
         for (const std::vector<double>& frame : shot)
             frames.push_back({{frame.begin(), frame.end() - 2}, *(frame.end() - 2), frame.back()});

@@ -18,14 +18,14 @@ constexpr float of_step = 0.1f; // that a side may change from a pixel to the ne
 // turns away at its silhouette, and means are farther off.
 constexpr float off = 0.02f, times = 2, off_sky = 0.2f, times_sky = 4;
 constexpr std::size_t most_means = 3; // pixels side by side: a filter is hardly wider, and a slanted edge crosses two
-constexpr float few_steps = 8;        // of a storage, which a far floor has side by side
+constexpr float few_steps = 2.2f;     // of 1/z as it is stored: a far floor has two side by side
 constexpr std::size_t few_means = 64;
 
-// The least amount by which a line changes from a pixel to the next: a step, if it was stored in steps.
-float least_change(std::span<const float> z, const auto& of) {
+// The least amount by which 1/z changes from a pixel of a line to the next: a step, if it was stored in steps.
+float least_change(std::span<const float> z) {
     float least = std::numeric_limits<float>::infinity();
     for (std::size_t i = 0; i + 1 < z.size(); ++i)
-        if (const float change = std::abs(of(z[i + 1]) - of(z[i])); change > 0)
+        if (const float change = std::abs(1 / z[i + 1] - 1 / z[i]); change > 0)
             least = std::min(least, change);
     return std::isinf(least) ? 0 : least;
 }
@@ -33,18 +33,16 @@ float least_change(std::span<const float> z, const auto& of) {
 // Calls a function with the pixels on both sides of each edge along a line of distances, between which are up to three means.
 template <typename Visit>
 void visit_edges(std::span<const float> z, const Visit& visit) {
-    const auto inverse = [](float distance) { return 1 / distance; };
-    const auto itself = [](float distance) { return distance; };
-    const float least_in_z = few_steps * least_change(z, itself),
-                least_in_inverse = few_steps * least_change(z, inverse);
+    const float least_height = few_steps * least_change(z);
     const auto apart = [&](std::size_t i, std::size_t j) { return z[i] == z[j] ? 0 : std::abs(std::log(z[j] / z[i])); };
     const float least_ratio = std::exp(step);
     const auto is_edge = [&](std::size_t left, std::size_t right) {
-        if (!(z[right] >= least_ratio * z[left] || z[left] >= least_ratio * z[right])) // as nearly everywhere
+        if (!(z[right] >= least_ratio * z[left] || z[left] >= least_ratio * z[right]) || // as nearly everywhere
+            !(z[left] > 0 && z[right] > 0))
             return false;
         const float all = apart(left, right), before = apart(left, left - 1), behind = apart(right, right + 1);
-        if (!(before <= of_step * all && behind <= of_step * all && std::abs(z[right] - z[left]) >= least_in_z &&
-              std::abs(inverse(z[right]) - inverse(z[left])) >= least_in_inverse))
+        if (!(before <= of_step * all && behind <= of_step * all &&
+              std::abs(1 / z[right] - 1 / z[left]) >= least_height))
             return false;
         const bool has_sky = std::isinf(all);
         const float least = std::max(has_sky ? off_sky : off, (has_sky ? times_sky : times) * std::max(before, behind));
@@ -62,6 +60,20 @@ void visit_edges(std::span<const float> z, const Visit& visit) {
                 left = right - 1;
                 break;
             }
+}
+
+// The distance that a side of an edge has so many pixels farther on, if its last three pixels are those of a plane, or its own.
+float goes_on(std::span<const float> z, std::size_t side, std::size_t to) {
+    constexpr float part = 0.25f, rounding = 1e-6f; // of the slope, and of 1/z
+    const auto inverse = [&](std::size_t i) { return 1 / z[i]; };
+    const bool is_right = to < side;
+    if (is_right ? side + 2 >= z.size() : side < 2)
+        return z[side];
+    const std::size_t behind = is_right ? side + 1 : side - 1, last = is_right ? side + 2 : side - 2;
+    const float slope = inverse(side) - inverse(behind), before = inverse(behind) - inverse(last),
+                away = static_cast<float>(is_right ? side - to : to - side), made = inverse(side) + away * slope;
+    const bool is_plane = std::abs(slope - before) <= part * std::abs(slope) + rounding * inverse(side);
+    return is_plane && made > 0 ? 1 / made : z[side];
 }
 
 } // namespace
@@ -96,12 +108,9 @@ std::vector<float> without_means(const HostFloats& z, const HostFloats& open, bo
                 steps[at] = height_of;
                 const double of_other = (value(i) - one) / (other - one);
                 const bool is_other = of_other > 0.5 || (of_other == 0.5 && line[right] < line[left]);
-                // The side goes on as it does from pixel to pixel, as a plane has it.
-                const std::size_t side = is_other ? right : left, behind = is_other ? right + 1 : left - 1;
-                const float away = static_cast<float>(is_other ? right - i : i - left),
-                            inverse = 1 / line[side] + away * (1 / line[side] - 1 / line[behind]);
+                const std::size_t side = is_other ? right : left;
                 const float its = z.data[first + side * next];
-                made[at] = std::isinf(its) || !(inverse > 0) ? its : 1 / inverse;
+                made[at] = std::isfinite(its) ? goes_on(line, side, i) : its;
             }
         });
     };

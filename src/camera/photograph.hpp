@@ -56,7 +56,7 @@ struct EdgeCounts {
     /// An edge is at least `least` high, plus `least_part` of what is nearer. `line`: nearness, as `sharpened_edges` takes it.
     void add(std::span<const float> line, float least, float least_part);
 
-    /// The same of distances, for `clean` and `means`.
+    /// The same of distances: edges without a mean of both sides between them, and with one to three.
     void add_distances(std::span<const float> z);
 
     bool are_soft() const;

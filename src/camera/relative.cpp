@@ -336,15 +336,18 @@ void to_fractions(std::span<float> values, int bits, const std::optional<std::ar
 RelativeValues relative_values(const HostFloats& stored, int bits, const RelativeOptions& options,
                                const HostFloats& color, const std::string& range_option, const InRows& in_rows) {
     RelativeValues result{one_channel(stored), stored.width, stored.height};
-    if (bits == 8) { // whose steps are those of the codes, whatever the range
-        constexpr double step = 1 / 255.0;
-        to_fractions(result.values, bits, {});
-        smooth_steps(result.values, result.width, result.height, step);
-        if (options.range)
-            to_fractions(result.values, 32, std::array{step * (*options.range)[0], step * (*options.range)[1]});
-    } else {
-        to_fractions(result.values, bits, options.range);
+    constexpr double codes = 255;
+    const auto smooth = [&] { smooth_steps(result.values, result.width, result.height, 1 / codes); };
+    if (bits == 8 && options.range) { // the steps are those of the codes all the same
+        for (float& value : result.values)
+            value /= static_cast<float>(codes);
+        smooth();
+        for (float& value : result.values)
+            value *= static_cast<float>(codes);
     }
+    to_fractions(result.values, bits, options.range);
+    if (bits == 8 && !options.range)
+        smooth();
     if (!options.range)
         if (const auto doubt = doubt_of(result.values, bits, range_option))
             result.doubts.push_back(*doubt);

@@ -11,9 +11,13 @@
 #include <Eigen/SparseCore>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <functional>
+#include <iterator>
 #include <limits>
 #include <numeric>
+#include <tuple>
 #include <utility>
 
 namespace fathom {
@@ -21,12 +25,17 @@ namespace {
 
 constexpr int across = 64, down = 48; // cells, whose means have little noise
 constexpr std::size_t few_cells = 16;
-constexpr double cut = 0.35; // of how much a frame's values differ, what the frame before it does not explain at a cut
+constexpr double cut =
+    0.5; // of how much a frame's values differ, on average: what the frame before it does not explain at a cut
+constexpr double alien =
+    0.2; // the same of the median, and of what most values differ: frames that say nothing of each other
 constexpr int rounds = 8;
 
-// How a frame follows from another one: y = slope x + offset, but for a part that is not explained.
+// How a frame follows from another one: y = slope x + offset, but for a part that is not explained: of the median, whatever moves,
+// and of the mean.
 struct Line {
-    double slope = 1, offset = 0, unexplained = std::numeric_limits<double>::infinity();
+    static constexpr double all = std::numeric_limits<double>::infinity();
+    double slope = 1, offset = 0, unexplained = all, unexplained_mean = all;
 };
 
 // The line is the same whichever of two frames comes first: its slope is the quotient of how far both spread where they fit.
@@ -45,9 +54,12 @@ Line line_of(const std::vector<double>& frame, const std::vector<double>& next) 
             slopes.push_back((both[high].second - both[low].second) / run);
     for (const auto& [x, y] : both)
         spread.push_back(y);
-    const double middle = quantile(spread);
-    for (double& y : spread)
-        y = std::abs(y - middle);
+    // Of a wall that fills most of the frame half of the values differ by noise alone.
+    const double middle = quantile(spread),
+                 range = std::max((quantile(spread, 0.95) - quantile(spread, 0.05)) / 2, 1e-12);
+    double away = 1e-12;
+    for (const double y : spread)
+        away += std::abs(y - middle);
     Line line{slopes.empty() ? 0 : quantile(slopes)};
     if (!(line.slope > 0))
         return {};
@@ -59,8 +71,9 @@ Line line_of(const std::vector<double>& frame, const std::vector<double>& next) 
         for (const auto& [x, y] : both)
             rest.push_back(std::abs(y - line.slope * x - line.offset));
         const double typical = quantile(rest);
-        line.unexplained = typical / std::max(quantile(spread), 1e-12);
-        const double most = std::max(7 * typical, 1e-7 * quantile(spread)); // Tukey's weights
+        line.unexplained = typical / range;
+        line.unexplained_mean = std::accumulate(rest.begin(), rest.end(), 0.0) / away;
+        const double most = std::max(7 * typical, 1e-7 * range); // Tukey's weights
         double sum = 0, mean_x = 0, mean_y = 0, xx = 0, yy = 0;
         const auto weight = [&](std::size_t i) {
             const double part = rest[i] / most;
@@ -111,12 +124,28 @@ Eigen::VectorXd solved(std::size_t count, const std::vector<Pair>& pairs, const 
     return Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>>(matrix).solve(right);
 }
 
+// Values count from the middle of their frame, so that what is wrong with a slope moves them little.
+struct Frame {
+    std::vector<double> cells;
+    double middle = 0, least, greatest;
+
+    explicit Frame(const ShotFrame& frame) : cells(frame.cells), least(frame.least), greatest(frame.greatest) {
+        std::vector<double> known;
+        std::ranges::copy_if(cells, std::back_inserter(known), [](double value) { return std::isfinite(value); });
+        if (!known.empty())
+            middle = quantile(std::move(known));
+        for (double& value : cells)
+            value -= middle;
+    }
+};
+
 // Frames without a cut between them.
-void make_steady(std::span<const ShotFrame> frames, std::span<SteadyRange> ranges) {
+void make_steady(std::span<const Frame> frames, std::span<SteadyRange> ranges) {
     std::vector<Pair> pairs;
     for (std::size_t apart = 1; apart < frames.size(); apart *= 2)
         for (std::size_t i = 0; i + apart < frames.size(); i += std::max<std::size_t>(1, apart / 4))
-            if (const Line line = line_of(frames[i].cells, frames[i + apart].cells); line.unexplained < cut)
+            if (const Line line = line_of(frames[i].cells, frames[i + apart].cells);
+                line.unexplained < alien || apart == 1)
                 pairs.push_back({i, i + apart, line});
     const Eigen::VectorXd log_a =
         solved(frames.size(), pairs, [](const Pair& pair) { return std::log(pair.line.slope); });
@@ -125,12 +154,15 @@ void make_steady(std::span<const ShotFrame> frames, std::span<SteadyRange> range
         solved(frames.size(), pairs, [&](const Pair& pair) { return a(pair.other) * pair.line.offset; });
     double least = std::numeric_limits<double>::infinity(), greatest = -least;
     for (std::size_t i = 0; i < frames.size(); ++i) {
-        least = std::min(least, a(i) * frames[i].least + b[static_cast<Eigen::Index>(i)]);
-        greatest = std::max(greatest, a(i) * frames[i].greatest + b[static_cast<Eigen::Index>(i)]);
+        least = std::min(least, a(i) * (frames[i].least - frames[i].middle) + b[static_cast<Eigen::Index>(i)]);
+        greatest = std::max(greatest, a(i) * (frames[i].greatest - frames[i].middle) + b[static_cast<Eigen::Index>(i)]);
     }
-    for (std::size_t i = 0; i < frames.size(); ++i)
-        ranges[i] = {(least - b[static_cast<Eigen::Index>(i)]) / a(i),
-                     (greatest - b[static_cast<Eigen::Index>(i)]) / a(i), i == 0};
+    for (std::size_t i = 0; i < frames.size(); ++i) {
+        const auto stored = [&](double value) {
+            return (value - b[static_cast<Eigen::Index>(i)]) / a(i) + frames[i].middle;
+        };
+        ranges[i] = {stored(least), stored(greatest), i == 0};
+    }
 }
 
 } // namespace
@@ -141,29 +173,51 @@ ShotFrame shot_frame(const HostFloats& stored) {
     const std::size_t stride = stored.row_stride > 0 ? stored.row_stride : static_cast<std::size_t>(stored.width);
     ShotFrame frame{std::vector<double>(static_cast<std::size_t>(across * down)),
                     std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::infinity()};
+    const auto each = [&](const auto& visit) {
+        for (int y = 0; y < stored.height; ++y)
+            for (int x = 0; x < stored.width; ++x)
+                if (const double value =
+                        stored.data[static_cast<std::size_t>(y) * stride + static_cast<std::size_t>(x)];
+                    std::isfinite(value))
+                    visit(x, y, value);
+    };
+    std::size_t pixels = 0;
+    each([&](int, int, double value) {
+        ++pixels;
+        frame.least = std::min(frame.least, value);
+        frame.greatest = std::max(frame.greatest, value);
+    });
+    // Many pixels at an end were cut off there, as a sky is, and follow no scale.
+    std::array<std::size_t, 2> at_end{};
+    each([&](int, int, double value) {
+        at_end[0] += value == frame.least;
+        at_end[1] += value == frame.greatest;
+    });
+    const bool is_cut_off = 2 * (at_end[0] + at_end[1]) < 2 * pixels - pixels / 5; // or nothing would be left
+    const auto is_end = [&](double value) {
+        return is_cut_off && ((value == frame.least && 50 * at_end[0] > pixels) ||
+                              (value == frame.greatest && 50 * at_end[1] > pixels));
+    };
     std::vector<double> counts(frame.cells.size());
-    for (int y = 0; y < stored.height; ++y)
-        for (int x = 0; x < stored.width; ++x) {
-            const double value = stored.data[static_cast<std::size_t>(y) * stride + static_cast<std::size_t>(x)];
-            if (!std::isfinite(value))
-                continue;
-            const std::size_t row = static_cast<std::size_t>(y) * down / static_cast<std::size_t>(stored.height),
-                              column = static_cast<std::size_t>(x) * across / static_cast<std::size_t>(stored.width);
-            frame.cells[row * across + column] += value;
-            ++counts[row * across + column];
-            frame.least = std::min(frame.least, value);
-            frame.greatest = std::max(frame.greatest, value);
-        }
+    each([&](int x, int y, double value) {
+        if (is_end(value))
+            return;
+        const std::size_t row = static_cast<std::size_t>(y) * down / static_cast<std::size_t>(stored.height),
+                          column = static_cast<std::size_t>(x) * across / static_cast<std::size_t>(stored.width);
+        frame.cells[row * across + column] += value;
+        ++counts[row * across + column];
+    });
     require(frame.least < frame.greatest, "all values are the same, so that nothing is nearer than anything else");
     std::ranges::transform(frame.cells, counts, frame.cells.begin(), std::divides<>()); // NaN in empty cells
     return frame;
 }
 
-std::vector<SteadyRange> steady_ranges(std::span<const ShotFrame> frames) {
+std::vector<SteadyRange> steady_ranges(std::span<const ShotFrame> shot) {
+    const std::vector<Frame> frames(shot.begin(), shot.end());
     std::vector<SteadyRange> ranges(frames.size());
     for (std::size_t first = 0, i = 1; i <= frames.size(); ++i)
-        if (i == frames.size() || !(line_of(frames[i - 1].cells, frames[i].cells).unexplained < cut)) {
-            make_steady(frames.subspan(first, i - first), std::span(ranges).subspan(first, i - first));
+        if (i == frames.size() || !(line_of(frames[i - 1].cells, frames[i].cells).unexplained_mean < cut)) {
+            make_steady(std::span(frames).subspan(first, i - first), std::span(ranges).subspan(first, i - first));
             first = i;
         }
     return ranges;

@@ -191,12 +191,13 @@ LensArguments lens_of(LensArguments lens, const Job& job) {
 }
 
 // The depth of the surface at --focus-at.
-double depth_under(const LensArguments::Pixel& pixel, const StoredDepth& stored, const Windows& windows) {
+double depth_under(const LensArguments::Pixel& pixel, const StoredDepth& stored, const Windows& windows,
+                   const LensArguments::Pixel& given) {
     const auto [x, y] = pixel_in(windows, pixel, "--focus-at");
     try {
         return depth_at(stored, x, y);
     } catch (const std::invalid_argument&) {
-        throw Error(fmt::format("--focus-at: pixel {},{} is invalid; choose one that has a depth", pixel.x, pixel.y));
+        throw Error(fmt::format("--focus-at: pixel {},{} is invalid; choose one that has a depth", given.x, given.y));
     }
 }
 
@@ -239,14 +240,19 @@ void complete(LensArguments& lens, DepthOptions& options) {
 // The circle of an input, whose own camera may complete the lens, and whose image gives the focus if the lens focuses on a pixel.
 // Pixels are counted in the display window, which the sensor has, too.
 // Throws: Error, for instance for a pixel without depth.
-CircleOfConfusion circle_of(LensArguments lens, const StoredDepth& stored, const Job& job, int factor) {
-    if (lens.circle)
-        return circle_for(supersampled(lens, factor), stored);
-    lens = within(job.windows, supersampled(lens_of(lens, job), factor));
+CircleOfConfusion circle_of(const LensArguments& given, const StoredDepth& stored, const Job& job, int factor) {
+    if (given.circle)
+        return circle_for(supersampled(given, factor), stored);
+    const Windows small = smaller(job.windows, factor); // in whose pixels people count
+    if (given.focus_at)
+        pixel_in(small, *given.focus_at, "--focus-at");
+    if (given.focus_along)
+        pixel_in(small, given.focus_along->pixel, "--focus-along");
+    LensArguments lens = within(job.windows, supersampled(lens_of(given, job), factor));
     if (lens.focus_at && lens.relative) // all of whose pixels are the image's
-        depth_under(*lens.focus_at, stored, job.windows);
+        depth_under(*lens.focus_at, stored, job.windows, *given.focus_at);
     else if (const auto pixel = std::exchange(lens.focus_at, std::nullopt))
-        lens.focus = depth_under(*pixel, stored, job.windows);
+        lens.focus = depth_under(*pixel, stored, job.windows, *given.focus_at);
     try {
         return circle_for(lens, stored);
     } catch (const std::invalid_argument& error) { // of the lens, not of the camera file
@@ -311,8 +317,8 @@ void OperationTask::add_options(CLI::App& app) {
                          std::string(picture_of(operation_, option) ? " (default: that of its picture's file)" : ""));
     if (operation_.supersample)
         add_option(app, "Input", "--supersampled", "N", supersampled,
-                   "the depth and the picture are of a frame N times as large each way as the camera's image, and each "
-                   "pixel of the results is the mean of N x N (" +
+                   "the depth and the picture are of a frame N times as large each way as the results, each pixel of "
+                   "which is the mean of N x N (" +
                        supersamplings.limits() + ")")
             ->check(is_in(supersamplings));
     if (circle_)
@@ -338,14 +344,11 @@ void OperationTask::prepare() {
     if (supersampled > 1 && append)
         throw UsageError("--append: the results of --supersampled have fewer pixels than their input; leave one of "
                          "them out");
-    try {
-        if (supersampled > 1) // shows early what it refuses
-            operation_.supersample(operation_.make(call_.get()).get(), supersampled);
-    } catch (const std::invalid_argument& error) {
-        std::string message = error.what();
-        std::replace(message.begin(), std::ranges::find(message, ' '), '_', '-');
-        throw UsageError("--" + message);
-    }
+    if (const std::string refused = supersample(operation_.make(call_.get()).get()); !refused.empty())
+        throw UsageError(refused); // early
+    if (const int grown = repair_.grow_foreground * supersampled; grown > most_grown_pixels)
+        throw UsageError(fmt::format("--grow-foreground: {} pixels of the result are {} of the frame; give {} or less",
+                                     repair_.grow_foreground, grown, most_grown_pixels / supersampled));
     for (const Option& option : operation_.options)
         if (option.kind == Kind::result && has_file(spelled(option)))
             operation_.set(call_.get(), option, true);
@@ -373,6 +376,18 @@ void OperationTask::prepare() {
             continue;
         companions.push_back({spelled(option), file->second});
         images_.push_back(&option);
+    }
+}
+
+std::string OperationTask::supersample(void* call) const {
+    try {
+        if (supersampled > 1)
+            operation_.supersample(call, supersampled);
+        return "";
+    } catch (const std::invalid_argument& error) {
+        std::string message = error.what();
+        std::replace(message.begin(), std::ranges::find(message, ' '), '_', '-');
+        return "--" + message;
     }
 }
 
@@ -443,8 +458,8 @@ std::vector<Made> OperationTask::make(const StoredDepth& stored, Job& job) {
     if (max_error_ > 0)
         explain_method(*measured(operation_.name), stored, job, max_error_, explain_);
     const std::shared_ptr<void> call = operation_.make(call_.get());
-    if (supersampled > 1)
-        operation_.supersample(call.get(), supersampled);
+    if (const std::string refused = supersample(call.get()); !refused.empty()) // of an option that changes
+        throw Error(refused);
     Images images = job.images.get(); // read by the device until the results are there
     change(images);
     const Device& device = stored.image.device();
@@ -464,7 +479,9 @@ std::vector<Made> OperationTask::make(const StoredDepth& stored, Job& job) {
     if (circle_)
         set_image(*circle_, circle_of(lens_, stored, job, supersampled));
     set_for_input(call.get(), stored, images, job);
-    return results(call.get(), operation_.repairs ? repaired(stored, repair_) : stored, job);
+    DepthRepair repair = repair_;
+    repair.grow_foreground *= supersampled;
+    return results(call.get(), operation_.repairs ? repaired(stored, repair) : stored, job);
 }
 
 std::vector<Made> OperationTask::results(void* call, const StoredDepth& stored, const Job& job) const {

@@ -57,6 +57,8 @@ protected:
 
 private:
     void set(const description::Option& option, description::Value value);
+    /// Turns a call's lengths in pixels into the large frame's. Gives the reason where that cannot be, or nothing.
+    std::string supersample(void* call) const;
     bool has_picture() const { return sharp_ || !picture.source.empty(); }
     std::vector<Made> results(void* call, const StoredDepth& stored, const Job& job) const;
 

@@ -60,8 +60,8 @@ void give(CLI::Option& option, const std::string& value) {
 
 // What an operation computes may change. Which files there are, and how they are read, may not, but for the range of relative depth.
 bool can_change(const CLI::Option& option) {
-    static const std::set<std::string> fixed{"Input",  "Picture", "Distance", "Positions",      "Frames",
-                                             "Output", "Report",  "Device",   "Relative depth", "Options"};
+    static const std::set<std::string> fixed{"Input",  "Picture", "Distance",       "Positions", "Frames", "Output",
+                                             "Report", "Device",  "Relative depth", "Options",   "Pipes"};
     return option.get_expected_max() == 1 && !option.get_positional() &&
            (option.get_name() == "--blur-px" || option.get_name() == "--relative-range" ||
             !fixed.contains(option.get_group()));
@@ -330,7 +330,7 @@ void add_import_options(CLI::App& app, CameraOption& camera) {
              "the depth has been undistorted: take P of ROS, or the matrix of OpenCV without its distortion");
 }
 
-void add_frames_option(CLI::App& app, Inputs& inputs) {
+void add_frames_option(CLI::App& app, Inputs& inputs, const char* group) {
     const auto take = [&inputs](const std::string& text) {
         try {
             inputs.frames = sequence::parse_frames(text);
@@ -339,7 +339,7 @@ void add_frames_option(CLI::App& app, Inputs& inputs) {
         }
     };
     add_option(
-        app, "Frames", "--frames", "RANGE", take,
+        app, group, "--frames", "RANGE", take,
         "frames of shot.####.exr, as in 1-240, 1-240x2 (every second) or 1-9,20 (default: those that are there)");
 }
 

@@ -79,7 +79,7 @@ void add_depth_options(CLI::App& app, DepthOptions& options, const Product& prod
 void add_camera_options(CLI::App& app, CameraOption& camera, const std::string& description);
 /// Those options of a camera that choose among the cameras of a file.
 void add_import_options(CLI::App& app, CameraOption& camera);
-void add_frames_option(CLI::App& app, Inputs& inputs);
+void add_frames_option(CLI::App& app, Inputs& inputs, const char* group = "Frames");
 void add_channel_option(CLI::App& app, std::string& channel);
 void add_device_options(CLI::App& app, DeviceOption& device);
 

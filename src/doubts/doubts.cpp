@@ -441,7 +441,7 @@ Doubt soft_edges_doubt(const Subject& subject) {
     for (int x = 0; x < whole.width; x += 1 + whole.width / most_lines)
         count(part_of(whole, x, 0, 1, whole.height), x, 0, 0, 1);
     const bool are_soft = edges.are_soft() && edges.soft >= 6 * edges.hard;
-    const bool are_means = edges.are_means() && counts_distances(subject.camera.encoding); // mist always has them
+    const bool are_means = edges.are_means() && counts_distances(subject.camera.encoding); // mist is always filtered
     if (!are_soft && !are_means)
         return std::nullopt;
     const auto [some, others] = are_soft ? std::pair(edges.soft, edges.hard) : std::pair(edges.means, edges.clean);

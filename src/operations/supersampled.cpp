@@ -7,8 +7,10 @@
 
 #include <Eigen/Core>
 
-#include <array>
+#include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <cstdlib>
 #include <limits>
 #include <type_traits>
 #include <vector>
@@ -77,6 +79,9 @@ Camera supersampled(const Camera& camera, int factor) {
 LensArguments supersampled(LensArguments lens, int factor) {
     check_factor(factor);
     const auto to_middle = [factor](LensArguments::Pixel& pixel) {
+        constexpr int most = std::numeric_limits<int>::max() / most_supersampled - 1;
+        require(std::max(std::abs(pixel.x), std::abs(pixel.y)) <= most, "pixel (", pixel.x, ", ", pixel.y,
+                ") lies outside every image");
         pixel = {pixel.x * factor + factor / 2, pixel.y * factor + factor / 2};
     };
     if (lens.focus_at)

@@ -57,7 +57,13 @@ cv::Size size_for(const CameraFile& file, const Windows& windows, const std::opt
 // The camera of the pixels that were read.
 Camera camera_of(const CameraFile& file, const Windows& windows, const std::optional<cv::Size>& picture,
                  int supersampled) {
-    const cv::Size size = size_for(file, windows, picture, supersampled);
+    const cv::Size size = size_for(file, windows, picture, supersampled), own(file.camera.width, file.camera.height);
+    if (supersampled > 1 && !own.empty() && own != size)
+        throw Error(
+            fmt::format("the camera is for {} × {} pixels; --supersampled {} takes one of the frame's {} × {}, or "
+                        "of the results' {} × {}",
+                        own.width, own.height, supersampled, windows.display.width, windows.display.height, size.width,
+                        size.height));
     Camera camera = camera_for(file, size.width, size.height);
     if (size == windows.display / supersampled)
         camera = fathom::supersampled(camera, supersampled);
@@ -67,25 +73,15 @@ Camera camera_of(const CameraFile& file, const Windows& windows, const std::opti
     return has_overscan(windows) ? cropped(camera, part.x, part.y, part.width, part.height) : camera;
 }
 
-// The windows of the results of a larger frame.
-Windows smaller(const Windows& windows, int factor) {
+// Throws: Error where squares of pixels do not fill the windows of a frame.
+void check_squares(const std::filesystem::path& file, const Windows& windows, int factor) {
     const auto& [data, display] = windows;
-    return {{data.tl() / factor, data.size() / factor}, display / factor};
-}
-
-// Throws: Error where squares of pixels do not fill the windows.
-void check_squares(const Work& work, int factor) {
-    for (const auto& [data, display] : {work.frame.windows, work.windows})
-        for (const int side : {data.x, data.y, data.width, data.height, display.width, display.height})
-            if (side % factor != 0)
-                throw Error(fmt::format("{}: is {} × {} pixels{}, of which --supersampled {} makes no whole number; "
-                                        "render a frame that is {} times as large as the result",
-                                        work.frame.input.native(), display.width, display.height,
-                                        has_overscan({data, display}) ? " with overscan" : "", factor, factor));
-    if (work.picture_size && factor > 1)
-        throw Error(fmt::format("{}: has another size than its picture; --supersampled needs both in the size of the "
-                                "large frame",
-                                work.frame.input.native()));
+    for (const int side : {data.x, data.y, data.width, data.height, display.width, display.height})
+        if (side % factor != 0)
+            throw Error(fmt::format("{}: has {} × {} pixels from {},{} on, of {} × {} in all; --supersampled {} needs "
+                                    "multiples of {} there",
+                                    file.native(), data.width, data.height, data.x, data.y, display.width,
+                                    display.height, factor, factor));
 }
 
 // As a lens focuses: along the view axis, or along the ray where that axis means little.
@@ -233,6 +229,11 @@ public:
         work.option_doubts = later([&] { return task_.doubts(job); });
         frame.images = later([&] { return task_.read(job); });
         work.picture_size = picture_size(work);
+        if (work.picture_size && task_.supersampled > 1)
+            throw Error(fmt::format("{}: has another size than its picture; --supersampled needs both in the size of "
+                                    "the large frame",
+                                    frame.input.native()));
+        check_squares(frame.input, depth.windows, task_.supersampled);
         work.seen = is_relative() ? relative_camera(depth.values.cols, depth.values.rows, *task_.relative)
                                   : camera_of(*frame.camera, depth.windows, work.picture_size, task_.supersampled);
         settle_sky(work.seen, depth.values);
@@ -240,7 +241,7 @@ public:
             frame.windows = {{{0, 0}, *work.picture_size}, *work.picture_size};
         find_source(task_, work);
         check_append(work);
-        check_squares(work, task_.supersampled);
+        check_squares(frame.input, work.windows, task_.supersampled);
         if (!is_relative())
             work.channel_doubts = channel_doubts(work, task_.channel);
     }
@@ -272,6 +273,8 @@ public:
         for (Windows* windows : {&frame.windows, &work.windows, work.source ? &work.source->windows : nullptr})
             if (windows && task_.supersampled > 1)
                 *windows = smaller(*windows, task_.supersampled);
+        if (work.source)
+            work.source->is_resized = task_.supersampled > 1;
         work.examined.reset();
         frame.images = {};
         work.depth.values.release();
@@ -440,8 +443,9 @@ private:
         const Image mask(device_, Element::u8, {changed.cols, changed.rows});
         stored = sharpen_edges(stored, color, mask);
         mask.download(changed.data);
-        work.depth_words += fmt::format(", {} sharpened",
-                                        percent(static_cast<std::size_t>(cv::countNonZero(changed)), changed.total()));
+        const auto count = static_cast<std::size_t>(cv::countNonZero(changed));
+        work.depth_words += fmt::format(", {} sharpened", percent(count, changed.total()));
+        work.depth_members["sharpened"] = count;
     }
 
     void find_doubts(Work& work) const {

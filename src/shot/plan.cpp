@@ -347,6 +347,11 @@ std::vector<double> numbers_in(const std::string& text, std::optional<std::size_
     return !count || numbers.size() == *count ? numbers : std::vector<double>{};
 }
 
+Windows smaller(const Windows& windows, int factor) {
+    const auto& [data, display] = windows;
+    return {{data.tl() / factor, data.size() / factor}, display / factor};
+}
+
 bool has_overscan(const Windows& windows) {
     return windows.data != cv::Rect({0, 0}, windows.display);
 }

@@ -302,6 +302,9 @@ struct Job {
 /// Do the windows of an image differ?
 bool has_overscan(const Windows& windows);
 
+/// The windows of an image that has so many times fewer pixels each way.
+Windows smaller(const Windows& windows, int factor);
+
 using io::extension_of; // as `Product::extensions` has it
 
 /// Decides where everything lies, before anything is read or written.

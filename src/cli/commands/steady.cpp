@@ -8,6 +8,10 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <array>
+#include <memory>
+
 namespace fathom::cli {
 namespace {
 
@@ -19,27 +23,37 @@ struct SteadyArguments {
 int write_ranges(const SteadyArguments& options) {
     if (extension_of(options.output) != ".csv")
         throw UsageError(options.output + ": ranges are written as .csv; name it so");
-    const std::vector<Input>& inputs = options.inputs.all();
-    if (inputs.size() < 2 || !std::ranges::all_of(inputs, [](const Input& input) { return input.frame.has_value(); }))
-        throw UsageError(fmt::format("{}: is no shot of several frames; give the name of all of them, as in "
-                                     "shot.####.png, between quotation marks",
-                                     inputs.front().file));
+    std::vector<Input> inputs = options.inputs.all();
+    if (options.inputs.is_piped())
+        throw UsageError(inputs.front().file + ": is a pipe, and all frames are compared; give files");
+    if (const auto shots = options.inputs.shots(); shots.size() != 1 || shots.front().inputs.size() != inputs.size())
+        throw UsageError(
+            fmt::format("{}: is no shot of several frames, or is more than one; give the name of the frames "
+                        "of one, as in shot.####.png, between quotation marks",
+                        options.inputs.arguments.front()));
+    std::ranges::sort(inputs, {}, &Input::frame);
     catch_interrupts();
     std::vector<ShotFrame> frames;
+    std::vector<std::size_t> of_input; // which of them has its range
     for (const Input& input : inputs) {
         stop_if_interrupted();
         const cv::Mat values = io::read_relative_input(input.file, options.channel).depth.values;
         try {
             frames.push_back(shot_frame(io::on_host(values)));
         } catch (const std::invalid_argument& error) {
-            throw Error(fmt::format("{}: {}; leave it out with --frames", input.file, error.what()));
+            complain(
+                fmt::format("warning: {}: {}; it gets the range of the frame beside it", input.file, error.what()));
         }
+        of_input.push_back(frames.empty() ? 0 : frames.size() - 1);
     }
+    if (frames.empty())
+        throw Error(inputs.front().file + ": has no depth in any frame; is it the right shot?");
     const std::vector<SteadyRange> ranges = steady_ranges(frames);
     std::string text = "frame,relative_range\n", cuts;
     for (std::size_t i = 0; i < inputs.size(); ++i) {
-        text += fmt::format("{},\"{:.9g},{:.9g}\"\n", *inputs[i].frame, ranges[i].least, ranges[i].greatest);
-        if (i > 0 && ranges[i].is_first)
+        const auto& [least, greatest, is_first] = ranges[of_input[i]];
+        text += fmt::format("{},\"{:.9g},{:.9g}\"\n", *inputs[i].frame, least, greatest);
+        if (i > 0 && is_first && of_input[i] != of_input[i - 1])
             cuts += fmt::format("{}{}", cuts.empty() ? ", cuts before " : ", ", *inputs[i].frame);
     }
     io::replace_files(std::array{io::NewFile{options.output, {text.begin(), text.end()}}});
@@ -54,7 +68,7 @@ std::function<int()> configure_steady(CLI::App& app) {
                "relative depth of a shot: 'shot.####.png', or a folder of frames with numbers")
         ->required();
     add_channel_option(app, options->channel);
-    add_frames_option(app, options->inputs);
+    add_frames_option(app, options->inputs, "Input");
     add_option(app, "Output", "-o,--output", "OUT.csv", options->output, "the ranges of all frames")->required();
     return [options] { return write_ranges(*options); };
 }

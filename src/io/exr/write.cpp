@@ -98,7 +98,7 @@ Imf::Header header_of(cv::Size size, const WriteOptions& options) {
                     header.insert(each.name(), each.attribute());
             const V2i corner = old.displayWindow().min + V2i(source->windows.data.x, source->windows.data.y);
             Box2i& display = header.displayWindow();
-            if (const cv::Size& own = source->windows.display; !own.empty())
+            if (const cv::Size& own = source->windows.display; source->is_resized)
                 display.max = display.min + V2i(own.width - 1, own.height - 1);
             header.dataWindow() = Box2i(corner, corner + V2i(size.width - 1, size.height - 1));
         });
