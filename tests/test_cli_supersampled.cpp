@@ -30,9 +30,9 @@ struct Frame {
         write_image(picture,
                     filled<cv::Vec3f>(across * factor, down * factor,
                                       [&](int x, int y) {
-                                          const auto [u, v] = at(x, y);
+                                          const cv::Point2d p = at(x, y);
                                           const auto wave = [&](double a, double b) {
-                                              return static_cast<float>(0.5 + 0.45 * std::sin(a * u + b * v));
+                                              return static_cast<float>(0.5 + 0.45 * std::sin(a * p.x + b * p.y));
                                           };
                                           return cv::Vec3f(wave(1.3, 0.4), wave(0.2, 1.7), wave(0.9, -0.8));
                                       }),

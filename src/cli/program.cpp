@@ -33,16 +33,16 @@ std::string below_each_other(const std::string& meaning, std::size_t most) {
     return text;
 }
 
-bool takes_frames(const CLI::App& app) {
-    return app.get_option_no_throw("--frames") != nullptr;
+bool is_operation(const CLI::App& app) {
+    return app.get_option_no_throw("--help-all") != nullptr;
 }
 
-// Options that every operation has, which are the commands that take frames, but for those without which none can be called.
+// Options that every operation has, but for those without which none can be called.
 std::set<const CLI::Option*> shared_options(const CLI::App& app) {
     std::set<const CLI::Option*> shared;
-    if (!takes_frames(app))
+    if (!is_operation(app))
         return shared;
-    const auto operations = app.get_parent()->get_subcommands([](const CLI::App* each) { return takes_frames(*each); });
+    const auto operations = app.get_parent()->get_subcommands([](const CLI::App* each) { return is_operation(*each); });
     for (const CLI::Option* option : app.get_options())
         if (const std::string name = option->get_name();
             !option->get_required() && name != "--camera" && name != "--preset" && !name.starts_with("--help") &&

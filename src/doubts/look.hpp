@@ -274,4 +274,7 @@ std::optional<Finding> near_and_far_doubt(const Camera& camera, const std::array
 /// The one where a filter has mixed depth with what is none.
 std::optional<Finding> filtered_doubt(const Subject& subject);
 
+/// The one where edges ramp over some pixels, as no surface makes them, or have means of both sides.
+std::optional<Finding> soft_edges_doubt(const Subject& subject);
+
 } // namespace fathom

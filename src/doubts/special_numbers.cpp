@@ -4,6 +4,7 @@
 // often -9999 or -32768, and codes of n bits are full. A surface seldom has such a depth, and if it has it, then other surfaces lie
 // just beside it: only a number that many pixels share and that stands apart from all others is told.
 #include "camera/form.hpp"
+#include "camera/photograph.hpp"
 #include "doubts/look.hpp"
 #include "doubts/stored_values.hpp"
 #include "text.hpp"
@@ -482,6 +483,47 @@ std::optional<Finding> filtered_doubt(const Subject& subject) {
                    {},
                    "resize with the nearest pixel (cv::INTER_NEAREST) and render depth without antialiasing, or make "
                    "its edges hard again (--edges sharpen)"};
+}
+
+// Edges that ramp over some pixels, as no surface makes them.
+std::optional<Finding> soft_edges_doubt(const Subject& subject) {
+    if (subject.closely == Closely::some)
+        return std::nullopt;
+    constexpr int most_lines = 48; // rows, and columns
+    constexpr float part = 0.05f;  // of 1/z, or of the range of z
+    const HostDepth& whole = subject.whole;
+    const bool inverse = subject.camera.lens || subject.camera.projection.is_perspective();
+    const float least = inverse ? 0 : part * (subject.look.farthest - subject.look.nearest);
+    EdgeCounts edges;
+    const auto count = [&](const HostDepth& line, int x, int y, int across, int down) {
+        std::vector<float> nearness, distances;
+        visit_values(line, [&](float value, std::uint32_t bits) {
+            const float z = distances.emplace_back(subject.depth(x, y, value, bits));
+            nearness.push_back(inverse ? 1 / z : -z);
+            x += across;
+            y += down;
+        });
+        edges.add(nearness, least, inverse ? part : 0);
+        edges.add_distances(distances);
+    };
+    for (int y = 0; y < whole.height; y += 1 + whole.height / most_lines)
+        count(part_of(whole, 0, y, whole.width, 1), 0, y, 1, 0);
+    for (int x = 0; x < whole.width; x += 1 + whole.width / most_lines)
+        count(part_of(whole, x, 0, 1, whole.height), x, 0, 0, 1);
+    const bool are_soft = edges.are_soft() && edges.soft >= 6 * edges.hard;
+    const bool are_means = edges.are_means() && counts_distances(subject.camera.encoding); // mist is always filtered
+    if (!are_soft && !are_means)
+        return std::nullopt;
+    const auto [some, others] = are_soft ? std::pair(edges.soft, edges.hard) : std::pair(edges.means, edges.clean);
+    return Finding{Fault::filtered,
+                   text(percent(some, some + others),
+                        are_soft
+                            ? " of its edges are ramps of some pixels, as in depth that was averaged, enlarged, or "
+                              "made by a network"
+                            : " of its edges are means of both sides, as a renderer makes them that filters depth "
+                              "like light"),
+                   {},
+                   "--edges sharpen makes them hard"};
 }
 
 } // namespace fathom

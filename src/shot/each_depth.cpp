@@ -10,7 +10,6 @@
 #include <fathom/frames.hpp>
 #include <fathom/linearize.hpp>
 #include <fathom/opencv.hpp>
-#include <fathom/supersampled.hpp>
 
 #include <fmt/format.h>
 
@@ -42,46 +41,6 @@ auto later(Make make) {
     std::packaged_task<decltype(make())()> task(std::move(make));
     task();
     return task.get_future().share();
-}
-
-// The image that a camera file is of: the depth, or its picture, which sees the same in other pixels; or the results, which have so
-// many times fewer pixels each way, unless the file says the frame's own size.
-cv::Size size_for(const CameraFile& file, const Windows& windows, const std::optional<cv::Size>& picture,
-                  int supersampled) {
-    const cv::Size own(file.camera.width, file.camera.height);
-    if (picture && own == *picture)
-        return *picture;
-    return own == windows.display ? own : windows.display / supersampled;
-}
-
-// The camera of the pixels that were read.
-Camera camera_of(const CameraFile& file, const Windows& windows, const std::optional<cv::Size>& picture,
-                 int supersampled) {
-    const cv::Size size = size_for(file, windows, picture, supersampled), own(file.camera.width, file.camera.height);
-    if (supersampled > 1 && !own.empty() && own != size)
-        throw Error(
-            fmt::format("the camera is for {} × {} pixels; --supersampled {} takes one of the frame's {} × {}, or "
-                        "of the results' {} × {}",
-                        own.width, own.height, supersampled, windows.display.width, windows.display.height, size.width,
-                        size.height));
-    Camera camera = camera_for(file, size.width, size.height);
-    if (size == windows.display / supersampled)
-        camera = fathom::supersampled(camera, supersampled);
-    camera.width = windows.display.width;
-    camera.height = windows.display.height;
-    const cv::Rect& part = windows.data;
-    return has_overscan(windows) ? cropped(camera, part.x, part.y, part.width, part.height) : camera;
-}
-
-// Throws: Error where squares of pixels do not fill the windows of a frame.
-void check_squares(const std::filesystem::path& file, const Windows& windows, int factor) {
-    const auto& [data, display] = windows;
-    for (const int side : {data.x, data.y, data.width, data.height, display.width, display.height})
-        if (side % factor != 0)
-            throw Error(fmt::format("{}: has {} × {} pixels from {},{} on, of {} × {} in all; --supersampled {} needs "
-                                    "multiples of {} there",
-                                    file.native(), data.width, data.height, data.x, data.y, display.width,
-                                    display.height, factor, factor));
 }
 
 // As a lens focuses: along the view axis, or along the ray where that axis means little.

@@ -1,5 +1,5 @@
 // Where the cameras of the inputs come from; and the device of a run, and how many threads work beside it.
-#include "shot.hpp"
+#include "work.hpp"
 
 #include "camera/form.hpp"
 #include "camera_file/json_object.hpp"
@@ -8,6 +8,9 @@
 
 #include <fathom/error.hpp>
 #include <fathom/exr.hpp>
+#include <fathom/supersampled.hpp>
+
+#include <fmt/format.h>
 
 #ifdef __GLIBC__
 #include <malloc.h>
@@ -124,6 +127,42 @@ ImportedCamera CameraOption::read() const {
     throw UsageError(std::string("--camera: missing; give a camera file or --preset with the source of the depth "
                                  "(fathom presets lists them)") +
                      (or_relative ? ", or --relative for depth without a unit" : ""));
+}
+
+cv::Size size_for(const CameraFile& file, const Windows& windows, const std::optional<cv::Size>& picture,
+                  int supersampled) {
+    const cv::Size own(file.camera.width, file.camera.height);
+    if (picture && own == *picture)
+        return *picture;
+    return own == windows.display ? own : windows.display / supersampled;
+}
+
+Camera camera_of(const CameraFile& file, const Windows& windows, const std::optional<cv::Size>& picture,
+                 int supersampled) {
+    const cv::Size size = size_for(file, windows, picture, supersampled), own(file.camera.width, file.camera.height);
+    if (supersampled > 1 && !own.empty() && own != size)
+        throw Error(
+            fmt::format("the camera is for {} × {} pixels; --supersampled {} takes one of the frame's {} × {}, or "
+                        "of the results' {} × {}",
+                        own.width, own.height, supersampled, windows.display.width, windows.display.height, size.width,
+                        size.height));
+    Camera camera = camera_for(file, size.width, size.height);
+    if (size == windows.display / supersampled)
+        camera = fathom::supersampled(camera, supersampled);
+    camera.width = windows.display.width;
+    camera.height = windows.display.height;
+    const cv::Rect& part = windows.data;
+    return has_overscan(windows) ? cropped(camera, part.x, part.y, part.width, part.height) : camera;
+}
+
+void check_squares(const std::filesystem::path& file, const Windows& windows, int factor) {
+    const auto& [data, display] = windows;
+    for (const int side : {data.x, data.y, data.width, data.height, display.width, display.height})
+        if (side % factor != 0)
+            throw Error(fmt::format("{}: has {} × {} pixels from {},{} on, of {} × {} in all; --supersampled {} needs "
+                                    "multiples of {} there",
+                                    file.native(), data.width, data.height, data.x, data.y, display.width,
+                                    display.height, factor, factor));
 }
 
 void DeviceOption::prepare(std::size_t memory) const {

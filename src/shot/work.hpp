@@ -65,6 +65,19 @@ std::vector<std::string> find_ranges(const DepthOptions& options, std::vector<Jo
 /// What --ignore leaves out of relative depth, by the mask of an input.
 io::Ignored ignored_of(const DepthOptions& options, const std::filesystem::path& mask);
 
+/// The image that a camera file is of: the depth, or its picture, which sees the same in other pixels; or the results, which have so
+/// many times fewer pixels each way, unless the file says the frame's own size.
+cv::Size size_for(const CameraFile& file, const Windows& windows, const std::optional<cv::Size>& picture,
+                  int supersampled);
+
+/// The camera of the pixels that were read.
+/// Throws: Error for one of another size.
+Camera camera_of(const CameraFile& file, const Windows& windows, const std::optional<cv::Size>& picture,
+                 int supersampled);
+
+/// Throws: Error where squares of pixels do not fill the windows of a frame.
+void check_squares(const std::filesystem::path& file, const Windows& windows, int factor);
+
 /// Names that other programs know, beside a result's own in an EXR: a channel Y, which Blender and OpenCV open as a grey picture;
 /// or channels of a layer "Fathom" that Blender lists among others, each called layer.pass.letter.
 std::vector<std::string> known_names(std::vector<std::string> channels, bool append);
