@@ -7,7 +7,10 @@
 #include "require.hpp"
 #include "runtime/scratch.hpp"
 
+#include <algorithm>
+#include <cmath>
 #include <cstdint>
+#include <limits>
 #include <vector>
 
 namespace fathom {
@@ -37,6 +40,14 @@ std::vector<float> floats_of(const Image& image) {
         image.download(floats.data());
     }
     return floats;
+}
+
+// The same in which the background has the distance that is stored.
+StoredDepth without_background(StoredDepth stored) {
+    stored.camera.background = std::numeric_limits<double>::quiet_NaN(); // none
+    stored.camera.background_from.reset();
+    stored.camera.background_from_largest_half = false;
+    return stored;
 }
 
 } // namespace
@@ -80,25 +91,26 @@ StoredDepth sharpen_edges(const StoredDepth& stored, const Image& color, const I
     if (changed)
         check_result(stored, {"changed", changed}, Element::u8, layout);
     const bool along_axis = has_plane_in_focus(stored.camera);
-    std::vector<float> z = floats_of(linearize(stored, {.as = along_axis ? Along::axis : Along::ray}).image), light;
+    const auto distances = [&](const StoredDepth& depth) {
+        return floats_of(linearize(depth, {.as = along_axis ? Along::axis : Along::ray}).image);
+    };
+    const std::vector<float> z = distances(stored);
+    std::vector<float> light;
     if (color)
         light = floats_of(color);
-    StoredDepth without_background = stored;
-    without_background.camera.background = std::numeric_limits<double>::quiet_NaN(); // none
-    without_background.camera.background_from.reset();
-    without_background.camera.background_from_largest_half = false;
-    const std::vector<float> open =
-        floats_of(linearize(without_background, {.as = along_axis ? Along::axis : Along::ray}).image);
-    const Encoding encoding = stored.camera.encoding;
-    const bool is_of_inverse =
-        stored.camera.projection.is_perspective() &&
-        (encoding == Encoding::window || encoding == Encoding::inverse || encoding == Encoding::inverse_range);
     std::vector<float> made = sharpened_distances(
         {z.data(), layout.width, layout.height}, stored.camera.lens || stored.camera.projection.is_perspective(),
         color ? HostFloats{light.data(), layout.width, layout.height, color.channels()} : HostFloats{}, in_threads);
-    if (made.empty())
+    if (made.empty()) {
+        const Encoding encoding = stored.camera.encoding;
+        const bool is_of_inverse =
+            stored.camera.projection.is_perspective() &&
+            (encoding == Encoding::window || encoding == Encoding::inverse || encoding == Encoding::inverse_range);
+        const bool has_background = std::ranges::any_of(z, [](float own) { return std::isinf(own); });
+        const std::vector<float> open = has_background ? distances(without_background(stored)) : z;
         made = without_means({z.data(), layout.width, layout.height}, {open.data(), layout.width, layout.height},
                              is_of_inverse);
+    }
     if (changed) {
         std::vector<std::uint8_t> differ(z.size());
         for (std::size_t i = 0; i < made.size(); ++i)
