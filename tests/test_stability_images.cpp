@@ -1,11 +1,9 @@
-// Images, stored values and options at the edges: buffers beyond 2³² bytes, units from 1e-30 to 1e30, values that are no depth, and
+// Images, stored values and options at the edges: units from 1e-30 to 1e30, values that are no depth, and
 // what is refused.
 
 #include "catch.hpp"
 #include "seen.hpp"
 #include "stability.hpp"
-
-#include <sys/mman.h>
 
 using namespace fathom;
 using namespace fathom::stability;
@@ -38,14 +36,6 @@ std::vector<Camera> of_every_form(int width, int height, double unit = 1) {
     return cameras;
 }
 
-/// Bits of floats; every NaN alike, since nobody promises its payload.
-std::vector<std::uint32_t> bits_of(const std::vector<float>& values) {
-    std::vector<std::uint32_t> bits;
-    for (const float value : values)
-        bits.push_back(std::isnan(value) ? 0x7fc00000 : std::bit_cast<std::uint32_t>(value));
-    return bits;
-}
-
 std::vector<float> random_depths(std::size_t count, std::uint32_t seed) {
     std::mt19937 random(seed);
     std::uniform_real_distribution<float> unit(0.01f, 0.999f);
@@ -55,93 +45,7 @@ std::vector<float> random_depths(std::size_t count, std::uint32_t seed) {
     return values;
 }
 
-/// Address space without memory behind it, until it is touched.
-class Sparse {
-public:
-    explicit Sparse(std::size_t size)
-        : size_(size),
-          memory_(mmap(nullptr, size, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0)) {}
-    ~Sparse() {
-        if (memory_ != MAP_FAILED)
-            munmap(memory_, size_);
-    }
-    Sparse(const Sparse&) = delete;
-    Sparse& operator=(const Sparse&) = delete;
-
-    void* data() const { return memory_ == MAP_FAILED ? nullptr : memory_; }
-
-private:
-    std::size_t size_;
-    void* memory_;
-};
-
-/// The last pixels of a 16384 × 16384 image with long rows, through an operation, against a small image of their own.
-/// Returns how many elements of the result differ, or nothing where there is no room for such buffers.
-std::optional<std::size_t> wrong_at_the_end(Storage storage, std::size_t source_stride, int channels,
-                                            std::size_t result_stride) {
-    constexpr int size = 16384, w = 37, h = 5, left = size - w, top = size - h;
-    const Element element = element_of(storage);
-    const int stored_channels = channels_of(storage);
-    const std::size_t row_bytes = static_cast<std::size_t>(w * stored_channels) * element_bytes(element);
-    const Sparse source(source_stride * size * element_bytes(element)), target(result_stride * size * sizeof(float));
-    if (!source.data() || !target.data())
-        return std::nullopt;
-    const Device& device = oracle::device();
-    const Camera camera = of_every_form(size, size)[1]; // oblique: depends on the pixel
-
-    std::mt19937 random(4);
-    std::vector<std::uint8_t> stored(row_bytes * h);
-    for (std::uint8_t& byte : stored)
-        byte = static_cast<std::uint8_t>(random() % 31 + 32); // inside the range, as codes and as floats
-    for (std::size_t row = 0; row < h; ++row) {
-        const std::size_t at = (top + row) * source_stride + static_cast<std::size_t>(left * stored_channels);
-        std::memcpy(static_cast<std::uint8_t*>(source.data()) + at * element_bytes(element), &stored[row * row_bytes],
-                    row_bytes);
-    }
-    const auto operate = [&](const StoredDepth& depth, const Image& result) {
-        if (channels == 1)
-            linearize(depth, result);
-        else
-            unproject(depth, result);
-    };
-    Image whole, result;
-    try {
-        whole = Image::from_host(device, element, source.data(), {size, size, stored_channels, source_stride});
-        result = Image::onto_host(device, Element::f32, target.data(), {size, size, channels, result_stride});
-    } catch (const Error& error) {
-        WARN(error.what());
-        return std::nullopt;
-    }
-    // All rows of the last columns: a kernel's own y times the row's length must not overflow either.
-    operate(StoredDepth{whole, camera, storage}.region(left, 0, w, size), result.region(left, 0, w, size));
-    std::vector<float> got(static_cast<std::size_t>(w * h * channels)), expected(got.size());
-    result.region(left, top, w, h).download(got.data());
-
-    const Layout small{w, h, stored_channels};
-    const Image alone = Image::onto_host(device, Element::f32, expected.data(), {w, h, channels});
-    operate({Image::from_host(device, element, stored.data(), small), camera, storage, left, top}, alone);
-    alone.download(expected.data());
-
-    const float* last_row = static_cast<const float*>(target.data()) + (size - 1) * result_stride;
-    std::size_t wrong = 0;
-    for (std::size_t i = 0; i < got.size(); ++i)
-        wrong += bits_of({got[i]}) != bits_of({expected[i]}) || std::isnan(expected[i]);
-    for (std::size_t i = 0, row = static_cast<std::size_t>(w * channels); i < row; ++i)
-        wrong += last_row[static_cast<std::size_t>(left * channels) + i] != expected[(h - 1) * row + i];
-    return wrong;
-}
-
 } // namespace
-
-TEST_CASE("stability: 16384 x 16384 pixels whose offsets lie beyond 2^32", "[stability]") {
-    // 5.4e9 bytes of floats to 4.3e9; 6.6e9 elements of one byte to 8.6e9 bytes of positions. The address space has no memory behind it.
-    const auto linear = wrong_at_the_end(Storage::float32, 81921, 1, 65537);
-    const auto packed = wrong_at_the_end(Storage::rgb8_red_low, 400003, 3, 131001);
-    if (!linear || !packed)
-        WARN("skipped: no address space, or no device, for buffers of 8 GiB");
-    CHECK(linear.value_or(0) == 0);
-    CHECK(packed.value_or(0) == 0);
-}
 
 // A depth is exact where it, and every coefficient's low part of two floats, is a normal float.
 constexpr int largest_unit = 34; // powers of ten; the farthest depth of these cameras is 500 units
@@ -176,23 +80,6 @@ TEST_CASE("stability: scene units from 1e-34 to 1e34 decode to the same digits",
     // Beyond the largest float a depth is infinite.
     const Camera vast = camera_of(orthographic({-1, 1, -1, 1}, {0, 1e39}));
     CHECK(decoded(vast, std::vector<float>{0.5f})[0] == infinity);
-}
-
-TEST_CASE("stability: no unit of length costs a camera its simple form", "[stability]") {
-    // Noise in the inverse's fourth row once made 138 of these orthographic cameras rational.
-    for (double power = -30; power < 30; power += 0.037) {
-        const double unit = std::pow(10.0, power);
-        const auto cameras = of_every_form(4096, 4096, unit);
-        const Form expected[] = {Form::reciprocal, Form::reciprocal_affine, Form::affine, Form::affine};
-        for (std::size_t f = 0; f < std::size(expected); ++f) {
-            INFO("unit " << unit << ", camera " << f);
-            const DepthForm form = depth_form(cameras[f]);
-            REQUIRE(form.form == expected[f]);
-            const bool tilted = f == 1 || f == 3;
-            const Affine& row = form.form == Form::affine ? form.numerator : form.denominator;
-            REQUIRE((row[1] != 0 && row[2] != 0) == tilted);
-        }
-    }
 }
 
 TEST_CASE("stability: a background of every storage", "[stability]") {
