@@ -8,10 +8,8 @@
 #include <fathom/fathom.hpp>
 
 using namespace fathom;
-using oracle::conventions;
 using oracle::half_value;
 using oracle::of_every_encoding;
-using oracle::orders;
 using oracle::Subject;
 
 namespace {
@@ -260,37 +258,6 @@ TEST_CASE("linearize: what was not measured is invalid, and from background_from
     millimetres.missing = 0;
     millimetres.background = 0;
     CHECK_THROWS_AS(depth_form(millimetres, Storage::uint16), std::invalid_argument); // a value means one thing
-}
-
-TEST_CASE("linearize: a metric depth of 0 is invalid under a perspective, whatever its numbers", "[linearize]") {
-    std::mt19937 random(12);
-    std::uniform_real_distribution<double> exponent(-14, 14);
-    for (int i = 0; i < 300; ++i) {
-        const double near = std::exp(exponent(random)), far = near * (1 + std::exp(exponent(random)));
-        Camera camera = with(perspective(1.0, 1.3, {near, far}, conventions[i % 3].second), 3);
-        INFO("near = " << near << ", far = " << far);
-        for (const Encoding encoding : {Encoding::view_z, Encoding::ray_distance}) {
-            camera.encoding = encoding;
-            REQUIRE(depth_form(camera).least_depth == 0.0f);
-        }
-    }
-}
-
-TEST_CASE("linearize: an infinite far plane is infinitely far, exactly", "[linearize]") {
-    std::mt19937 random(11);
-    std::uniform_real_distribution<double> exponent(-20, 20);
-    for (int i = 0; i < 300; ++i) {
-        const double near = std::exp(exponent(random));
-        for (const auto& [name, convention] : conventions)
-            for (const DepthOrder order : orders) {
-                const Camera camera = with(perspective(1.0, 1.0, {near, infinity, order}, convention), 1);
-                const DepthForm form = depth_form(camera);
-                INFO(name << ", near = " << near);
-                REQUIRE(form.form == Form::reciprocal);
-                const double far_end = order == DepthOrder::reversed ? 0 : 1;
-                REQUIRE(std::isinf(fathom::view_depth(camera, Storage::float32, 0.5, 0.5, far_end)));
-            }
-    }
 }
 
 // The bound where it is hardest to keep: of many pixels, those whose stored value makes the sum of an oblique form all

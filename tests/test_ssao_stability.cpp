@@ -52,18 +52,6 @@ constexpr double lost_beyond_confidence = 0.09;
 
 } // namespace
 
-TEST_CASE("stability: ssao of nothing but sky is 1, of nothing at all NaN", "[ssao][stability]") {
-    for (const Camera& camera : cameras(61, 35))
-        for (const Quality quality : qualities) {
-            const SsaoCall options = options_of(0.5, quality);
-            INFO(text(camera, options));
-            const auto sky = visibility_of(std::vector<float>(61 * 35, 1.0f), camera, options);
-            CHECK(std::all_of(sky.begin(), sky.end(), [](float v) { return v == 1; }));
-            const auto aperture_shapes = visibility_of(std::vector<float>(61 * 35, not_a_number), camera, options);
-            CHECK(std::all_of(aperture_shapes.begin(), aperture_shapes.end(), [](float v) { return std::isnan(v); }));
-        }
-}
-
 TEST_CASE("stability: ssao with a radius of less than a pixel is 1", "[ssao][stability]") {
     for (const Camera& camera : cameras(95, 71)) {
         const auto stored = scene::render(scene::room(), camera).stored;
