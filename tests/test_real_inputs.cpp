@@ -1,4 +1,4 @@
-// Depth that others made: OpenGL's rasteriser, Blender, a simulator, a studio. None of it comes from this project's code,
+// Depth that others made: OpenGL's rasteriser and Blender. None of it comes from this project's code,
 // so it tells whether the conventions are right, and how near to the truth of each file its numbers can be expected.
 
 #include "real_inputs.hpp"
@@ -7,10 +7,6 @@
 #include <fathom/fathom.hpp>
 #include <fathom/opencv.hpp>
 
-#include <OpenEXR/ImfArray.h>
-#include <OpenEXR/ImfFrameBuffer.h>
-#include <OpenEXR/ImfHeader.h>
-#include <OpenEXR/ImfInputFile.h>
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 
@@ -214,11 +210,6 @@ std::vector<Hit> compare_blender(const fs::path& folder) {
     return hits;
 }
 
-double ulp(double value) {
-    const auto f = static_cast<float>(std::abs(value));
-    return static_cast<double>(std::nextafter(f, std::numeric_limits<float>::infinity()) - f);
-}
-
 } // namespace
 
 TEST_CASE("real: 19 OpenGL buffers decode to the rasteriser's own z and positions", "[real]") {
@@ -265,125 +256,4 @@ TEST_CASE("real: Blender's depth unprojects to its Position pass", "[real]") {
         CHECK(position.quantile(1 - renderer_slivers) <= renderer_roundings);
         CHECK(pixels.worst() <= renderer_pixel);
     }
-}
-
-TEST_CASE("real: the studio's depth is read through its odd data window", "[real]") {
-    if (!there("openexr"))
-        return;
-    const fs::path file = data / "openexr" / "beachball-singlepart.exr";
-    const DepthFile depth = read_depth(file);
-
-    Imf::InputFile exr(file.c_str());
-    const auto display = exr.header().displayWindow(), window = exr.header().dataWindow();
-    REQUIRE(window.min != display.min);
-    const long columns = window.max.x - window.min.x + 1;
-    Imf::Array2D<half> z(window.max.y - window.min.y + 1, columns);
-    Imf::FrameBuffer frame;
-    frame.insert("Z", Imf::Slice(Imf::HALF, reinterpret_cast<char*>(&z[0][0] - window.min.x - window.min.y * columns),
-                                 sizeof(half), sizeof(half) * static_cast<std::size_t>(columns)));
-    exr.setFrameBuffer(frame);
-    exr.readPixels(window.min.y, window.max.y);
-
-    CHECK(depth.channel == "Z");
-    CHECK(depth.storage == Storage::float16);
-    REQUIRE(depth.values.cols == display.max.x - display.min.x + 1);
-    REQUIRE(depth.values.rows == display.max.y - display.min.y + 1);
-    int inside = 0, outside = 0, different = 0, finite = 0;
-    for (int y = 0; y < depth.values.rows; ++y)
-        for (int x = 0; x < depth.values.cols; ++x) {
-            const int there_x = x + display.min.x, there_y = y + display.min.y;
-            const auto bits = depth.values.at<std::uint16_t>(y, x);
-            if (there_x < window.min.x || there_x > window.max.x || there_y < window.min.y || there_y > window.max.y) {
-                ++outside;
-                different += (bits & 0x7c00) != 0x7c00 || (bits & 0x03ff) == 0; // a half's NaN
-            } else {
-                ++inside;
-                const half value = z[there_y - window.min.y][there_x - window.min.x];
-                different += value.bits() != bits;
-                finite += value.isFinite();
-            }
-        }
-    std::cout << "studio EXR: " << inside << " pixels in the data window, " << outside << " outside, " << finite
-              << " finite\n";
-    CHECK(different == 0);
-    CHECK(inside > 0);
-    CHECK(outside > 0);
-    CHECK(finite > 0);
-}
-
-TEST_CASE("real inputs: the lens of Blender's camera files", "[dof_masks][real]") {
-    if (!there("blender"))
-        return;
-    for (const std::string view : {"perspective", "orthographic"}) {
-        const DepthFile depth = read_depth(data / "blender" / view / "sharp.exr");
-        const CameraFile file = read_camera(data / "blender" / view / "camera.json");
-        const Camera camera = camera_for(file, depth.values.cols, depth.values.rows);
-        const StoredDepth stored{to_device(test_device(), depth.values), camera, depth.storage};
-        const double focus = *file.lens.focus, focal = *file.lens.focal_length_mm, width = *file.lens.sensor_mm;
-        const Lens lens{.f_stop = *file.lens.f_stop, .focus = focus, .focal_length_mm = focal, .sensor_mm = width};
-        const CircleOfConfusion circle = circle_of_confusion(lens, camera);
-        const cv::Mat found = to_mat(dof_masks(stored, circle).coc);
-        // Written from the lens equation, in millimetres; the orthographic view's pixels per unit are its projection's.
-        const double aperture = focal / *file.lens.f_stop, pixels_per_mm = 480 / width;
-        double worst = 0, least = 0, greatest = 0;
-        for (int y = 0; y < found.rows; ++y)
-            for (int x = 0; x < found.cols; ++x) {
-                const double z = static_cast<double>(depth.values.at<float>(y, x)),
-                             c = static_cast<double>(found.at<float>(y, x));
-                if (!(z < 1e9))
-                    continue;
-                const double exact = view == "perspective"
-                                         ? aperture * focal / (1000 * focus - focal) * (1 - focus / z) * pixels_per_mm
-                                         : aperture / 1000 / focus * (z - focus) *
-                                               camera.projection.matrix_in_opengl_axes().cast<double>()(0, 0) * 240;
-                worst = std::max(worst, std::abs(c - exact));
-                least = std::min(least, c);
-                greatest = std::max(greatest, c);
-            }
-        std::printf("Blender's lens, %-12s circles from %.2f to %.2f px, off the lens equation by at most %.1e px\n",
-                    view.c_str(), least, greatest, worst);
-        CHECK(worst <= coc_ulp * ulp(std::max(-least, greatest)));
-        CHECK(least < -5);
-        CHECK(greatest > 2);
-        // The projection knows the same lens: it differs by f/S, since a pinhole's image lies at f for every focus.
-        if (view == "perspective") {
-            const CircleOfConfusion derived =
-                circle_of_confusion({.f_stop = *file.lens.f_stop, .focus = focus, .sensor_mm = width}, camera);
-            CHECK(std::abs(static_cast<double>(derived.k / circle.k) - (1 - focal / 1000 / focus)) < 1e-6);
-        }
-    }
-}
-
-TEST_CASE("real: the scanned room decodes from 3.77 to 8.07 with its five empty pixels marked", "[real]") {
-    if (!there("habitat"))
-        return;
-    const DepthFile file = read_depth(data / "habitat" / "room.depth.exr");
-    const Camera camera =
-        camera_for(read_camera(data / "habitat" / "room.camera.json"), file.values.cols, file.values.rows);
-    cv::Mat z;
-    linearize(cpu(), file.values, camera, z);
-    const double near = 0.1, far = 100; // as its camera file says, in engines' own words: z = n f/(f − d (f − n))
-    std::vector<cv::Point> empty;
-    Spread error;
-    float nearest = std::numeric_limits<float>::infinity(), farthest = 0;
-    for (int y = 0; y < z.rows; ++y)
-        for (int x = 0; x < z.cols; ++x) {
-            const float decoded = z.at<float>(y, x);
-            const double stored = file.values.at<float>(y, x);
-            if (stored == 1) {
-                empty.emplace_back(x, y);
-                REQUIRE(decoded == std::numeric_limits<float>::infinity());
-                continue;
-            }
-            nearest = std::min(nearest, decoded);
-            farthest = std::max(farthest, decoded);
-            error.add(std::abs(decoded / (near * far / (far - stored * (far - near))) - 1));
-        }
-    std::cout << "habitat room: " << nearest << " to " << farthest << ", worst " << error.worst() / rounding
-              << " roundings\n";
-    CHECK(file.channel == "Z");
-    CHECK(empty == std::vector<cv::Point>{{304, 56}, {305, 56}, {306, 56}, {307, 56}, {308, 56}});
-    CHECK(nearest == Approx(3.77).margin(0.005));
-    CHECK(farthest == Approx(8.07).margin(0.005));
-    CHECK(error.worst() <= 1.001 * rounding * 2); // one unit in the last place, as linearize promises
 }
