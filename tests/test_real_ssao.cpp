@@ -134,26 +134,6 @@ struct HairBars {
     double mean, black, rms[2];
 };
 constexpr HairBars hair_bars[] = {{0.04, 0.04, {0.080, 0.080}}, {0.05, 0.01, {0.0683, 0.0623}}};
-constexpr double pass_loss = 0.0005; // what a frame may lose by the normals
-
-} // namespace
-
-TEST_CASE("real: no frame is worse for the path tracer's normals", "[ssao][real]") {
-    if (!there("blender"))
-        return;
-    for (const char* const frame : {"perspective", "orthographic", "antialiased", "antialiased-near", "hair"})
-        for (const Quality quality : {Quality::fast, Quality::balanced, Quality::accurate}) {
-            const fs::path folder = data / "blender" / frame;
-            const double without = rms_error(folder, quality, std::nullopt),
-                         with = rms_error(folder, quality, std::nullopt, true);
-            std::cout << "ambient occlusion, Blender " << frame << ", quality " << static_cast<int>(quality)
-                      << ", RMSE: " << without << ", with normals " << with << '\n';
-            INFO(frame << ", quality " << static_cast<int>(quality));
-            CHECK(with <= without + pass_loss);
-        }
-}
-
-namespace {
 
 double square(double value) {
     return value * value;
@@ -218,46 +198,6 @@ TEST_CASE("real: strands in a move flicker at most 1.4 times as much as the path
         std::cout << "strands in a move, quality " << q << ": " << times << " of the path tracer's flicker, noise "
                   << std::sqrt(noise / of_truth) << " of it\n";
         CHECK(times <= most_flicker);
-    }
-}
-
-namespace {
-
-// Of the default with balanced and accurate, pixels of the sky left out: what a quarter of the radius had, and the part of it
-// that is wanted.
-struct Wanted {
-    const char* frame;
-    double quarter[2], part;
-};
-constexpr Wanted wanted[] = {{"perspective", {0.0517, 0.0496}, 0.79},
-                             {"orthographic", {0.0683, 0.0663}, 0.82},
-                             {"antialiased", {0.0606, 0.0595}, 0.79},
-                             {"antialiased-near", {0.0741, 0.0724}, 0.79}};
-
-} // namespace
-
-TEST_CASE("real: the default thickness is better than a quarter of the radius", "[ssao][real]") {
-    if (!there("blender"))
-        return;
-    for (const auto& [name, quarter, part] : wanted) {
-        const fs::path folder = data / "blender" / name;
-        const cv::Mat depth = read_depth(folder / "sharp.exr").values;
-        const std::vector<float> truth = truth_of(folder);
-        for (const Quality quality : {Quality::balanced, Quality::accurate}) {
-            const std::vector<float> got = visibility_of(folder, quality, std::nullopt);
-            double squares = 0;
-            int all = 0;
-            for (std::size_t i = 0; i < got.size(); ++i)
-                if (depth.ptr<float>()[i] < far_away) {
-                    ++all;
-                    squares += square(static_cast<double>(got[i]) - static_cast<double>(truth[i]));
-                }
-            const double rms = std::sqrt(squares / all), before = quarter[quality == Quality::accurate];
-            std::cout << "default thickness, Blender " << name << ", quality " << static_cast<int>(quality) << ": rms "
-                      << rms << ", " << rms / before << " of that of a quarter of the radius\n";
-            INFO(name << ", quality " << static_cast<int>(quality));
-            CHECK(rms <= part * before);
-        }
     }
 }
 
