@@ -2,7 +2,6 @@
 // comparison: untouched 25.9 dB over the frame and 21.6 near edges of depth, Blender's Defocus node 35.2 and 30.6, or 36.1 and
 // 31.7 tuned to the truth, a gather with the centre's circle 35.9 and 31.2; the noise of the truth 48.4 and 45.3.
 
-#include "io_files.hpp"
 #include "matrices.hpp"
 #include "path_traced.hpp"
 #include "real_inputs.hpp"
@@ -14,9 +13,7 @@
 #include <fathom/io.hpp>
 #include <fathom/opencv.hpp>
 #include <fathom/picture.hpp>
-#include <fathom/relative.hpp>
 
-#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
 #include <cstring>
@@ -247,66 +244,4 @@ TEST_CASE("real: averaged depth is as good as unfiltered depth once its edges ar
     CHECK(found >= least_dof);
     CHECK(rms(got) <= most_ssao);
     CHECK(test::same(to_mat(sharpen_edges(stored(unfiltered), color).image), unfiltered.values));
-}
-
-TEST_CASE("real: a photograph with relative depth is blurred as with the frame's own depth", "[dof][relative][real]") {
-    if (!there("blender/perspective"))
-        return;
-    const fs::path folder = data / "blender" / "perspective";
-    const auto [depth, sharp, truth, camera, lens] = oracle::path_traced(folder);
-    const test::TempFolder scratch;
-    // The frame as a photograph: sRGB, 8 bits, JPEG of quality 98.
-    Picture photo = read_picture(folder / "sharp.exr", {.layer = "ViewLayer.Combined"});
-    cv::Mat bgr(photo.color.size(), CV_32FC3); // without the alpha
-    const int pairs[] = {0, 0, 1, 1, 2, 2};
-    cv::mixChannels(&photo.color, 1, &bgr, 1, pairs, 3);
-    photo.color = bgr;
-    photo.format = {.encoding = ColorEncoding::srgb, .bits = 8};
-    write_picture(scratch / "photo.png", photo);
-    cv::imwrite((scratch / "photo.jpg").string(), cv::imread((scratch / "photo.png").string()),
-                {cv::IMWRITE_JPEG_QUALITY, 98});
-
-    // 1/z from 0 to 1, and the blur that belongs to it: the lens's circle is k - g/z.
-    cv::Mat inverse;
-    cv::divide(1.0, depth, inverse);
-    double least, most;
-    cv::minMaxLoc(inverse, &least, &most);
-    const cv::Mat relative = (inverse - least) / (most - least);
-    for (const auto& [name, type, scale] : {std::tuple{"depth16.png", CV_16U, 65535.0}, {"depth8.png", CV_8U, 255.0}}) {
-        cv::Mat codes;
-        relative.convertTo(codes, type, scale);
-        cv::imwrite((scratch / name).string(), codes);
-    }
-    const double blur = static_cast<double>(lens.g) * (most - least);
-    const double focus = (static_cast<double>(lens.k / lens.g) - least) / (most - least);
-
-    const Device device = test_device();
-    const auto figure = [&, &depth = depth, &truth = truth](const StoredDepth& stored, const CircleOfConfusion& circle,
-                                                            double peak) {
-        Picture light = read_picture(scratch / "photo.jpg");
-        restore_highlights(light, peak);
-        const Image color = Image::from_host(device, Element::f32, light.color.data, {depth.cols, depth.rows, 3});
-        std::vector<float> bgr(3 * depth.total());
-        dof(stored, color, circle, {.quality = Quality::balanced}).download(bgr.data());
-        for (std::size_t i = 0; i < bgr.size(); i += 3)
-            std::swap(bgr[i], bgr[i + 2]);
-        return psnr(bgr, truth, nullptr);
-    };
-    const StoredDepth own{Image::from_host(device, Element::f32, depth.data, {depth.cols, depth.rows}), camera};
-    const double exact = figure(own, lens, 1);
-    std::cout << "blur, Blender's frame as a JPEG, dB over the frame: with its own depth " << exact;
-    for (const char* name : {"depth16.png", "depth8.png"}) {
-        RelativeFile read = read_relative(scratch / name);
-        if (read.bits == 8)
-            smooth_steps({read.values.ptr<float>(), read.values.total()}, depth.cols, depth.rows, 1 / 255.0);
-        const StoredDepth stored{Image::from_host(device, Element::f32, read.values.data, {depth.cols, depth.rows}),
-                                 relative_camera(depth.cols, depth.rows, RelativeOrder::high_is_near)};
-        const double got = figure(stored, relative_circle(blur, focus, RelativeOrder::high_is_near), 1);
-        std::cout << "; relative, " << read.bits << " bits " << got;
-        CHECK(std::abs(got - exact) <= 0.3);
-    }
-    for (const double peak : {1.05, 1.1, 1.2})
-        std::cout << "; whites " << peak << " times as bright " << figure(own, lens, peak);
-    std::cout << '\n';
-    CHECK(figure(own, lens, 1.05) > exact);
 }
