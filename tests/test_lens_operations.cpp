@@ -1,12 +1,10 @@
-// normals, fog and dof_masks through lenses of every law, against planes, scenes and formulas in long double. Rays are those of
+// normals, fog and dof_masks through lenses of every law, against planes and formulas in long double. Rays are those of
 // PixelRays, which test_pixel_rays.cpp checks.
 
 #include "catch.hpp"
 #include "images.hpp"
 #include "lenses.hpp"
 #include "test_device.hpp"
-
-#include "scene/scene.hpp"
 
 #include <fathom/fathom.hpp>
 #include <fathom/pixel_rays.hpp>
@@ -19,8 +17,6 @@ using Real = long double;
 
 // Of planes: mean error of normals away from the plane's end, in degrees.
 constexpr double plane_error_deg = 0.003;
-// Of scenes: the mean error beside that of a pinhole with the same angle a pixel.
-constexpr double over_pinhole = 1.1;
 
 struct Angles {
     std::vector<double> degrees;
@@ -40,79 +36,6 @@ struct Angles {
 
 Eigen::Vector3d vector_at(const std::vector<float>& all, std::size_t i) {
     return Eigen::Vector3f(all[3 * i], all[3 * i + 1], all[3 * i + 2]).cast<double>();
-}
-
-// The mean error of the normals of a scene in windows of a lens's image, and in pinholes that look there with the same angle a pixel.
-std::array<double, 2> scene_errors(const Device& device, const scene::Scene& scene, Camera camera) {
-    constexpr int side = 24; // so few pixels that both see the same
-    camera.encoding = Encoding::ray_distance;
-    const std::vector<PixelRay> rays = all_rays(camera);
-    const PixelScale scale = pixel_scale(camera);
-    const auto cast = [&](const Eigen::Vector3d& along) { return scene::met(scene, {{0, 0, 0}, along, 1e-6, 1e6}); };
-    std::vector<float> depth;
-    std::vector<Eigen::Vector3d> truth; // in the scene's axes
-    for (const PixelRay& ray : rays) {
-        const auto met = ray ? cast(in_scene(camera, *ray)) : std::optional<scene::Met>();
-        depth.push_back(met ? static_cast<float>(met->position.norm()) : no_depth);
-        truth.push_back(met ? met->normal : Eigen::Vector3d::Zero());
-    }
-    const std::vector<float> found = images::floats(normals(depth_of(device, camera, depth)));
-    Angles through_lens, straight;
-    for (int top = 0; top + side <= camera.height; top += side)
-        for (int left = 0; left + side <= camera.width; left += side) {
-            const int x = left + side / 2, y = top + side / 2;
-            const auto at = [&](int column, int row) {
-                return in_scene(camera, rays[static_cast<std::size_t>(row * camera.width + column)].value());
-            };
-            bool whole = is_regular(camera, scale, rays, x, y);
-            for (int row = top; row < top + side && whole; ++row)
-                for (int column = left; column < left + side; ++column)
-                    whole &= rays[static_cast<std::size_t>(row * camera.width + column)].has_value();
-            if (!whole)
-                continue;
-            const Eigen::Vector3d ahead = at(x, y), by_x = (at(x + 1, y) - at(x - 1, y)) / 2,
-                                  by_y = (at(x, y + 1) - at(x, y - 1)) / 2;
-            const Eigen::Vector3d right = (by_x - ahead.dot(by_x) * ahead).normalized();
-            Eigen::Vector3d down = ahead.cross(right);
-            if (down.dot(by_y) < 0)
-                down = -down;
-            Camera pinhole;
-            pinhole.width = pinhole.height = side;
-            pinhole.encoding = Encoding::ray_distance;
-            // Both slopes are the lens's, also where they are not across each other: the pinhole then has a skew.
-            const double fx = 1 / by_x.norm(), aside = right.dot(by_y), fy = 1 / down.dot(by_y);
-            pinhole.projection = perspective(
-                Intrinsics{
-                    .fx = fx, .fy = fy, .cx = side / 2 + 0.5, .cy = side / 2 + 0.5, .width = side, .height = side},
-                {1, 2}, {.view_axes = ViewAxes::opencv});
-            pinhole.projection.matrix(0, 1) = -aside * fy * pinhole.projection.matrix(0, 0);
-            std::vector<float> seen;
-            std::vector<Eigen::Vector3d> exact;
-            for (int row = 0; row < side; ++row)
-                for (int column = 0; column < side; ++column) {
-                    const Eigen::Vector3d along =
-                        (ahead + ((column - side / 2) / fx + (row - side / 2) * aside) * right +
-                         (row - side / 2) / fy * down)
-                            .normalized();
-                    const auto met = cast(along);
-                    seen.push_back(met ? static_cast<float>(met->position.norm()) : no_depth);
-                    exact.push_back(
-                        met ? Eigen::Vector3d(met->normal.dot(right), met->normal.dot(down), met->normal.dot(ahead))
-                            : Eigen::Vector3d::Zero());
-                }
-            const std::vector<float> its = images::floats(normals(depth_of(device, pinhole, seen)));
-            constexpr int border = normals_reach_neighbours; // one-sided in the pinhole alone
-            for (int row = border; row < side - border; ++row)
-                for (int column = border; column < side - border; ++column) {
-                    const auto here = static_cast<std::size_t>(row * side + column),
-                               there = static_cast<std::size_t>((top + row) * camera.width + left + column);
-                    if (!exact[here].isZero(0))
-                        straight.add(vector_at(its, here), exact[here]);
-                    if (!truth[there].isZero(0))
-                        through_lens.add(in_scene(camera, vector_at(found, there)), truth[there]);
-                }
-        }
-    return {through_lens.mean(), straight.mean()};
 }
 
 } // namespace
@@ -166,20 +89,6 @@ TEST_CASE("lens operations: normals of planes through every lens are exact but f
                 CHECK(off.mean() <= plane_error_deg);
             }
     }
-}
-
-TEST_CASE("lens operations: normals of scenes are as exact as a pinhole's with the same angle a pixel",
-          "[lens][slow]") {
-    const Device device = test_device();
-    for (const auto& [scene_name, scene] : {std::pair{"room", scene::room()}, {"railings", scene::railings()}})
-        for (const std::size_t which : {0u, 1u, 4u, 5u, 7u, 9u, 10u, 11u}) {
-            const auto [name, camera] = lens_subjects().at(which);
-            const auto [off, straight] = scene_errors(device, scene, camera);
-            std::printf("normals of %-8s through %-30s %.3f degrees, through pinholes %.3f, ratio %.2f\n", scene_name,
-                        name.c_str(), off, straight, off / straight);
-            INFO(scene_name << " through " << name);
-            CHECK(off <= over_pinhole * straight);
-        }
 }
 
 TEST_CASE("lens operations: fog through every lens is within fog_error of the closed form", "[lens]") {
