@@ -244,7 +244,7 @@ std::vector<Figures> errors(const Device& device, const std::vector<Method>& met
         Judge judge(device, view);
         for (const Method& method : methods) {
             if (method.kind == Method::Kind::floor || !method.matches(only) || method.operation == "ssao" ||
-                method.operation == "dof" || method.operation == "filter")
+                method.operation == "dof")
                 continue;
             add(judge, view, method, method.operation == "dof_masks" ? judge.on().max_coc_px : 0);
         }

@@ -1,16 +1,13 @@
 // fathom_bench_opencv: what OpenCV offers for the same purposes beside Fathom's methods, in one run, on the same frames.
 //
-// OpenCV starts from metric depth; converting to it is not timed. Its positions and normals have
-// its own axes, so the cameras here have them too. Filters have no counterpart of their own in Fathom: they stand for
-// what smoothing one channel costs.
+// OpenCV starts from metric depth; converting to it is not timed. Its positions and normals have its own axes, so the cameras
+// here have them too.
 
 #include "errors.hpp"
 #include "sweeps.hpp"
 
 #include <opencv2/core.hpp>
-#include <opencv2/imgproc.hpp>
 #include <opencv2/rgbd/depth.hpp>
-#include <opencv2/ximgproc/edge_filter.hpp>
 
 #include <cstdio>
 #include <cstdlib>
@@ -122,14 +119,6 @@ std::vector<Method> opencv_methods(const std::shared_ptr<Frames>& frames) {
     add_normals("OpenCV, FALS", cv::rgbd::RgbdNormals::RGBD_NORMALS_METHOD_FALS);
     add_normals("OpenCV, LINEMOD", cv::rgbd::RgbdNormals::RGBD_NORMALS_METHOD_LINEMOD);
     add_normals("OpenCV, SRI", cv::rgbd::RgbdNormals::RGBD_NORMALS_METHOD_SRI);
-    add("filter", "OpenCV, bilateralFilter 5 x 5", "copy", [](Frame& f, Case&) -> const cv::Mat& {
-        cv::bilateralFilter(f.z, f.floats, 5, 0.1, 2);
-        return f.floats;
-    });
-    add("filter", "OpenCV, guidedFilter 5 x 5", "copy", [](Frame& f, Case&) -> const cv::Mat& {
-        cv::ximgproc::guidedFilter(f.z, f.stored, f.floats, 2, 1e-4);
-        return f.floats;
-    });
     return list;
 }
 
@@ -167,8 +156,7 @@ int main(int argc, char** argv) {
             presets(device, list,
                     {pinhole_views(error_width, error_height).front(), pinhole_views(width, height).front()}, effort);
         for (Figures& row : errors(device, list, pinhole_views(error_width, error_height), "", effort.report))
-            if (row.operation != "filter")
-                rows.push_back(std::move(row));
+            rows.push_back(std::move(row));
         if (!csv.empty())
             table_of(device, rows, effort.clock).write_csv(csv);
     } catch (const std::exception& error) {
