@@ -20,7 +20,6 @@ struct Arguments {
     std::string device;
     Size size = {0, 0}; // the table's own
     int frames = 0;
-    DeviceOptions options = {};
     std::string table = "operations", csv = {}, pairs = {};
     double megapixels = 64;
     Effort effort = {.report = print_row};
@@ -28,9 +27,7 @@ struct Arguments {
 
 constexpr const char* help =
     "usage: fathom_bench [--table NAME] [--device WHAT] [--size WxH] [--rounds N] [--frames N] [--only TEXT]\n"
-    "                    [--seconds S] [--megapixels N] [--two-float] [--vector-width V] [--group N] "
-    "[--processor-time]\n"
-    "                    [--csv FILE] [--pairs FILE]\n"
+    "                    [--seconds S] [--megapixels N] [--processor-time] [--csv FILE] [--pairs FILE]\n"
     "  --table operations  every operation, camera and formula on random depths (3840x2160, the default table)\n"
     "          errors      every method against the truth in seven scenes (960x540)\n"
     "          presets     every method's time and memory in a room (1920x1080, 3840x2160 and 960x540)\n"
@@ -54,7 +51,6 @@ constexpr const char* help =
 Arguments parse(int argc, char** argv) {
     Arguments a;
     const std::map<std::string, std::function<void()>> flags{
-        {"--two-float", [&] { a.options.arithmetic = Arithmetic::two_float; }},
         {"--processor-time", [&] { a.effort.clock = Clock::processor; }},
         {"--help", [] { std::exit(std::fputs(help, stdout) < 0); }},
     };
@@ -69,8 +65,6 @@ Arguments parse(int argc, char** argv) {
          }},
         {"--rounds", [&](Value v) { a.effort.rounds = std::stoi(v); }},
         {"--frames", [&](Value v) { a.frames = std::stoi(v); }},
-        {"--vector-width", [&](Value v) { a.options.vector_width = std::stoi(v); }},
-        {"--group", [&](Value v) { a.options.group_size = std::stoi(v); }},
         {"--csv", [&](Value v) { a.csv = v; }},
         {"--pairs", [&](Value v) { a.pairs = v; }},
         {"--table", [&](Value v) { a.table = v; }},
@@ -121,7 +115,7 @@ std::vector<Figures> made(const Device& device, const Arguments& a) {
 int main(int argc, char** argv) {
     try {
         const Arguments a = parse(argc, argv);
-        const Device device = Device::open(a.device, a.options);
+        const Device device = Device::open(a.device);
         std::printf("%s, %s, vector width %d, %s; commit %s\n", device.info().name.c_str(),
                     device.info().platform.c_str(), device.options().vector_width,
                     device.options().arithmetic == Arithmetic::fp64 ? "fp64" : "two-float", commit().c_str());
