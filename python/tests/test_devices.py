@@ -295,35 +295,3 @@ def test_a_child_of_fork_ends_while_a_thread_of_the_parent_works():
             print(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]), flush=True)  # or the next child has it, too
         """)
     assert (done.returncode, done.stdout) == (0, "3\n" * 10), done.stderr
-
-
-def test_a_child_gets_an_error_while_a_thread_of_the_parent_builds(tmp_path):
-    """Locks that the thread holds at the fork stay held in the child."""
-    done = run(
-        """
-        import signal, threading, time
-        camera = fathom.Camera(fov_y_deg=60, encoding="view-z")
-        depth = numpy.full((48, 64), 2, numpy.float32)
-        device = fathom.Device()
-        def work():
-            for group in (16, 64):
-                fathom.ssao(depth, camera, radius=0.3, device=fathom.Device(group_size=group))
-        builder = threading.Thread(target=work)
-        builder.start()
-        codes = []
-        while builder.is_alive():
-            child = os.fork()
-            if child == 0:
-                signal.alarm(10)
-                try:
-                    fathom.ssao(depth, camera, radius=0.3, device=device)
-                except fathom.Error as error:
-                    os._exit(3 if "fork" in str(error) else 5)
-                os._exit(4)
-            codes.append(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]))
-            time.sleep(0.05)
-        print(set(codes))
-        """,
-        POCL_CACHE_DIR=str(tmp_path),  # nothing is compiled yet
-    )
-    assert (done.returncode, done.stdout) == (0, "{3}\n"), done.stdout + done.stderr
