@@ -3,6 +3,7 @@
 
 #include "catch.hpp"
 #include "judge.hpp"
+#include "stability.hpp"
 #include "subjects.hpp"
 
 #include <fathom/fathom.hpp>
@@ -129,97 +130,75 @@ TEST_CASE("linearize: every storage is decoded as its codes say", "[linearize][e
         }
 }
 
-TEST_CASE("linearize: a background of the camera's own is compared bit for bit, wherever it lies", "[linearize]") {
-    Camera camera = with(perspective(1.0, 1.0, {1, 4, DepthOrder::reversed}), 3);
-    camera.background = -1.0;
-    const auto decode = [&](std::vector<float> values, Background background = Background::inf) {
-        const Image image = Image::from_host(oracle::device(), Element::f32, values.data(), {3, 1});
-        linearize({image, camera}, image, {background}), image.download(values.data());
-        return values;
-    };
-    const auto z = decode({-1.0f, 0.0f, std::nextafter(-1.0f, 0.0f)});
-    CHECK(std::isinf(z[0]));
-    CHECK(z[1] == 4);
-    CHECK(std::isnan(z[2]));
-    CHECK(std::isnan(decode({-1.0f, 0, 0}, Background::decode)[0]));
-}
-
 TEST_CASE("linearize: what was not measured is invalid, and from background_from on nothing is", "[linearize]") {
     const Projection wide = perspective(1.0, 1.5, {0.5, 8}), box = orthographic({-1, 1, -1, 1}, {-5, 8});
-    const auto check = [](const Camera& camera, std::vector<float> values, const std::vector<float>& expected,
-                          Background background = Background::inf) {
+    const auto check = []<typename Value>(const Camera& camera, const std::vector<Value>& values,
+                                          const std::vector<float>& expected, Background background = Background::inf,
+                                          Storage storage = Storage::float32) {
         for (const Arithmetic arithmetic : oracle::arithmetics()) {
-            const Image image = Image::from_host(oracle::device(arithmetic), Element::f32, values.data(),
-                                                 {static_cast<int>(values.size()), 1});
-            std::vector<float> z(values.size());
-            linearize({image, camera}, {background}).image.download(z.data());
+            const std::vector<float> z = stability::decoded(camera, values, storage, background, arithmetic);
             for (std::size_t i = 0; i < z.size(); ++i) {
-                INFO("stored " << values[i] << ": " << z[i] << ", expected " << expected[i]);
+                INFO("value " << i << ": " << z[i] << ", expected " << expected[i]);
                 CHECK((z[i] == expected[i] || (std::isnan(z[i]) && std::isnan(expected[i]))));
             }
         }
     };
+    using Floats = std::vector<float>;
+    using Codes = std::vector<std::uint16_t>;
     Camera metres = with(wide, 6);
     metres.encoding = Encoding::view_z;
     metres.background_from = 1e10;
     metres.missing = -1;
-    const std::vector<float> values{1e10f, std::nextafter(1e10f, 0.0f), 3e10f, INFINITY, -1.0f, 2.0f};
+    const Floats values{1e10f, std::nextafter(1e10f, 0.0f), 3e10f, INFINITY, -1.0f, 2.0f};
     check(metres, values, {INFINITY, values[1], INFINITY, INFINITY, NAN, 2});
     check(metres, values, {NAN, values[1], NAN, NAN, NAN, 2}, Background::nan);
     check(metres, values, {1e10f, values[1], 3e10f, INFINITY, NAN, 2}, Background::decode);
 
     Camera orthographic_metres = with(box, 3); // 0 is a depth like any other there
     orthographic_metres.encoding = Encoding::view_z;
-    check(orthographic_metres, {0, -2, 3}, {0, -2, 3});
+    check(orthographic_metres, Floats{0, -2, 3}, {0, -2, 3});
     orthographic_metres.missing = 0;
-    check(orthographic_metres, {0, -2, 3}, {NAN, -2, 3});
+    check(orthographic_metres, Floats{0, -2, 3}, {NAN, -2, 3});
 
     Camera disparity = with(wide, 4); // the smaller the farther
     disparity.encoding = Encoding::inverse;
     disparity.scale = 2;
     disparity.background_from = 0.25;
-    check(disparity, {0.25f, 0.125f, 0, 0.5f}, {INFINITY, INFINITY, INFINITY, 4});
+    check(disparity, Floats{0.25f, 0.125f, 0, 0.5f}, {INFINITY, INFINITY, INFINITY, 4});
     disparity.background_from.reset();
     disparity.missing = 0; // which is infinity if it is not said
-    check(disparity, {0.25f, 0.125f, 0, 0.5f}, {8, 16, NAN, 4});
+    check(disparity, Floats{0.25f, 0.125f, 0, 0.5f}, {8, 16, NAN, 4});
 
     Camera backwards = with(wide, 6);
     backwards.encoding = Encoding::view_z;
     backwards.scale = -2;
-    check(backwards, {-INFINITY, -4, 0, 4, INFINITY, -1e10f}, {INFINITY, 8, NAN, NAN, NAN, 2e10f});
-    check(backwards, {-INFINITY, -4, 0, 4, INFINITY, NAN}, {INFINITY, 8, NAN, NAN, NAN, NAN}, Background::decode);
+    check(backwards, Floats{-INFINITY, -4, 0, 4, INFINITY, -1e10f}, {INFINITY, 8, NAN, NAN, NAN, 2e10f});
+    check(backwards, Floats{-INFINITY, -4, 0, 4, INFINITY, NAN}, {INFINITY, 8, NAN, NAN, NAN, NAN}, Background::decode);
     backwards.background_from = -1000;
-    check(backwards, {-INFINITY, -4, -1000, -5000, -999, 1000}, {INFINITY, 8, INFINITY, INFINITY, 1998, NAN});
+    check(backwards, Floats{-INFINITY, -4, -1000, -5000, -999, 1000}, {INFINITY, 8, INFINITY, INFINITY, 1998, NAN});
     backwards.encoding = Encoding::inverse; // z = -2/v
     backwards.background_from = -0.25;
-    check(backwards, {-0.25f, -0.125f, 0, -0.5f, 0.5f, 1e9f}, {INFINITY, INFINITY, INFINITY, 4, INFINITY, INFINITY});
+    check(backwards, Floats{-0.25f, -0.125f, 0, -0.5f, 0.5f, 1e9f},
+          {INFINITY, INFINITY, INFINITY, 4, INFINITY, INFINITY});
     backwards.background_from.reset();
-    check(backwards, {-0.25f, -0.125f, 0, -0.5f, 0.5f, 1e9f}, {8, 16, INFINITY, 4, NAN, NAN});
-    const std::vector<std::uint16_t> raw{0, 1091, 1092, 1093, 2047, 600}; // Kinect's, z = 351.3/(1092.5 - v)
-    Camera kinect = with(wide, 6);
+    check(backwards, Floats{-0.25f, -0.125f, 0, -0.5f, 0.5f, 1e9f}, {8, 16, INFINITY, 4, NAN, NAN});
+    Camera kinect = with(wide, 6); // its raw values, z = 351.3/(1092.5 - v)
     kinect.encoding = Encoding::inverse;
     kinect.scale = -351.3;
     kinect.offset = -1092.5;
-    std::vector<float> of_raw(6);
-    linearize({Image::from_host(oracle::device(), Element::u16, raw.data(), {6, 1}), kinect, Storage::uint16})
-        .image.download(of_raw.data());
+    const Floats of_raw = stability::decoded(kinect, Codes{0, 1091, 1092, 1093, 2047, 600}, Storage::uint16);
     CHECK(of_raw[5] == Approx(351.3 / 492.5));
     CHECK(of_raw[2] == Approx(702.6));
     CHECK((std::isnan(of_raw[3]) && std::isnan(of_raw[4])));
 
     Camera reversed = with(perspective(1.0, 1.5, {0.5, infinity, DepthOrder::reversed}, Convention::direct3d()), 3);
     reversed.background_from = 0.0625;
-    check(reversed, {0.0625f, 0.03f, 0.125f}, {INFINITY, INFINITY, 4});
+    check(reversed, Floats{0.0625f, 0.03f, 0.125f}, {INFINITY, INFINITY, 4});
 
-    const std::vector<std::uint16_t> halves{0x7bff, 0x7bfe, 0x4000}; // 65504, 65472, 2
     Camera half = with(wide, 3);
     half.encoding = Encoding::view_z;
     half.background_from = 1e10;
-    std::vector<float> z(3);
-    const Device& device = oracle::device();
-    linearize({Image::from_host(device, Element::f16, halves.data(), {3, 1}), half, Storage::float16})
-        .image.download(z.data());
-    CHECK((z == std::vector<float>{INFINITY, 65472, 2}));
+    check(half, Codes{0x7bff, 0x7bfe, 0x4000}, {INFINITY, 65472, 2}, Background::inf, Storage::float16);
 
     // -0 is 0, whichever of them the camera says.
     for (const double zero : {0.0, -0.0})
@@ -227,34 +206,20 @@ TEST_CASE("linearize: what was not measured is invalid, and from background_from
             Camera counted = with(wide, 3);
             counted.encoding = Encoding::view_z;
             (is_missing ? counted.missing : counted.background) = zero;
-            const std::vector<float> zeros{0.0f, -0.0f, 2.0f};
-            const std::vector<Eigen::half> halves{Eigen::half(0.0f), Eigen::half(-0.0f), Eigen::half(2.0f)};
-            for (const bool is_half : {false, true}) {
-                std::vector<float> found(3);
-                linearize({is_half ? Image::from_host(device, Element::f16, halves.data(), {3, 1})
-                                   : Image::from_host(device, Element::f32, zeros.data(), {3, 1}),
-                           counted, is_half ? Storage::float16 : Storage::float32})
-                    .image.download(found.data());
-                for (const int i : {0, 1})
-                    CHECK((is_missing ? std::isnan(found[static_cast<std::size_t>(i)])
-                                      : found[static_cast<std::size_t>(i)] == INFINITY));
-                CHECK(found[2] == 2);
-            }
+            const float none = is_missing ? NAN : INFINITY;
+            check(counted, Floats{0.0f, -0.0f, 2.0f}, {none, none, 2});
+            check(counted, Codes{0, 0x8000, 0x4000}, {none, none, 2}, Background::inf, Storage::float16);
         }
 
-    const std::vector<std::uint16_t> codes{0, 1000, 65535};
+    const Codes codes{0, 1000, 65535};
     Camera millimetres = with(wide, 3);
     millimetres.encoding = Encoding::view_z;
     millimetres.scale = 0.001;
     millimetres.missing = 0;
     millimetres.background_from = 65000;
-    linearize({Image::from_host(device, Element::u16, codes.data(), {3, 1}), millimetres, Storage::uint16})
-        .image.download(z.data());
-    CHECK((std::isnan(z[0]) && z[1] == 1 && z[2] == INFINITY));
+    check(millimetres, codes, {NAN, 1, INFINITY}, Background::inf, Storage::uint16);
     millimetres.missing = 65535; // which is also beyond the background's first value
-    linearize({Image::from_host(device, Element::u16, codes.data(), {3, 1}), millimetres, Storage::uint16})
-        .image.download(z.data());
-    CHECK((std::isnan(z[0]) && z[1] == 1 && std::isnan(z[2])));
+    check(millimetres, codes, {NAN, 1, NAN}, Background::inf, Storage::uint16);
     millimetres.missing = 0;
     millimetres.background = 0;
     CHECK_THROWS_AS(depth_form(millimetres, Storage::uint16), std::invalid_argument); // a value means one thing
