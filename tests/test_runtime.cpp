@@ -228,16 +228,6 @@ TEST_CASE("runtime: images that do not belong together are refused", "[runtime]"
     CHECK_NOTHROW(linearize({image, camera(8, 4)}, image)); // in place
 }
 
-TEST_CASE("runtime: the program text carries each header once, with the lines a person would open", "[runtime]") {
-    const std::string source = runtime::assembled_source("camera/linearize.cl");
-    for (const char* file : {"camera/linearize.cl", "camera/camera.h", "vector.h", "params.h"}) {
-        const std::string first = std::string("#line 1 \"kernels/") + file + "\"";
-        CHECK(contains(source, first));
-        CHECK(source.find(first) == source.rfind(first));
-    }
-    CHECK(!contains(source, "#include \""));
-}
-
 // PoCL's device has doubles, so a kernel built with FP64=0 there could use one unseen. It does not: what is left when
 // the FP64 branches are taken out names no double.
 TEST_CASE("runtime: the two-float kernels have no double in them", "[runtime]") {
