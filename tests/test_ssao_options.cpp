@@ -154,16 +154,6 @@ constexpr FalloffWay falloff_ways[] = {{"balanced", Quality::balanced, 0, 0.0112
 // How far the mean may move: the jitter of 19481 pixels with one slice each averages out to this. Measured 0.0012.
 constexpr double seed_mean = 0.002;
 
-/// What is said when options are refused; empty when they are not.
-std::string refusal(const StoredDepth& stored, const SsaoCall& options) {
-    try {
-        ssao(stored, options);
-    } catch (const std::invalid_argument& error) {
-        return error.what();
-    }
-    return {};
-}
-
 } // namespace
 
 TEST_CASE("ssao: every output marks invalid pixels", "[ssao]") {
@@ -312,7 +302,7 @@ TEST_CASE("ssao: a second layer where the thickness would end is the thickness",
         SsaoCall options = options_of(0.5);
         options.thickness = 0.125;
         const auto expected = room.visibility(options);
-        // In its own encoding: metres along the view axis.
+        // In its own encoding, metres along the view axis, and with a clip range of its own.
         std::vector<float> behind;
         for (std::size_t i = 0; i < room.image.z.size(); ++i) {
             const double length = room.image.position[i].norm();
@@ -322,6 +312,8 @@ TEST_CASE("ssao: a second layer where the thickness would end is the thickness",
         }
         Camera metric = camera;
         metric.encoding = Encoding::view_z;
+        metric.projection = is_orthographic ? orthographic({-2.6, 2.6, -1.95, 1.95}, {0.1, 1000})
+                                            : perspective(1.0, 4.0 / 3, {0.1, 1000});
         options.thickness =
             StoredDepth{Image::from_host(device(), Element::f32, behind.data(), {camera.width, camera.height}), metric};
         check_rounding(difference(room.visibility(options), expected), std::string("back and thickness, ") + name);
@@ -339,25 +331,6 @@ TEST_CASE("ssao: a second layer where the thickness would end is the thickness",
         for (std::size_t i = 0; i < behind.size(); i += 3)
             behind[i] = wide_end(i);
         CHECK(difference(seen_with(behind), expected).rmse > 0.005); // the others are as deep as they say
-    }
-}
-
-TEST_CASE("ssao: a second layer may have a clip range of its own", "[ssao]") {
-    const double aspect = double(width) / height;
-    const std::pair<Projection, Projection> pairs[] = {
-        {perspective(1.0, aspect, {0.1, 100}), perspective(1.0, aspect, {0.5, 1000})},
-        {orthographic({-4, 4, -3, 3}, {0.1, 100}), orthographic({-4, 4, -3, 3}, {0.5, 1000})}};
-    for (const auto& [projection, other] : pairs) {
-        Camera camera;
-        camera.projection = projection;
-        camera.width = width, camera.height = height;
-        camera.encoding = Encoding::view_z;
-        Seen room(scene::room(), camera);
-        SsaoCall options = options_of(0.5);
-        options.thickness = room.stored;
-        const std::vector<float> expected = room.visibility(options);
-        std::get<StoredDepth>(*options.thickness).camera.projection = other;
-        CHECK(difference(room.visibility(options), expected).worst <= rounding_worst);
     }
 }
 
@@ -608,19 +581,16 @@ TEST_CASE("ssao: refuses what does not fit in one line that names it", "[ssao]")
     for (const auto& [change, named] : cases) {
         SsaoCall options = options_of(0.5);
         change(options);
-        const std::string said = refusal(seen.stored, options);
-        for (const std::string& name : named) {
-            INFO('"' << said << "\" should name \"" << name << '"');
-            CHECK(contains(said, name));
-        }
-        CHECK(!contains(said, '\n'));
+        CHECK_THROWS_AS(ssao(seen.stored, options), std::invalid_argument);
+        for (const std::string& name : named)
+            CHECK_THROWS_WITH(ssao(seen.stored, options), ContainsSubstring(name) && !ContainsSubstring("\n"));
     }
-    CHECK(refusal(seen.stored, {}).find("radius") != std::string::npos);
+    CHECK_THROWS_WITH(ssao(seen.stored, SsaoCall()), ContainsSubstring("radius"));
     SsaoCall most = options_of(0.5);
     most.thickness = infinity;
     most.falloff = 1;
     sampling_of(most).slices = 64;
     sampling_of(most).samples = 256;
     most.region = Region{0, 0, width, height};
-    CHECK(refusal(seen.stored, most).empty());
+    CHECK_NOTHROW(ssao(seen.stored, most));
 }
