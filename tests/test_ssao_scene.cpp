@@ -218,71 +218,59 @@ struct Crease {
     }
 };
 
-class WorstExcess {
-public:
-    explicit WorstExcess(const char* where) : where_(where) {}
-
-    void check(const Crease& crease, double radius, Quality quality) {
-        double& worst = of_[static_cast<int>(quality)];
-        const double excess = crease.excess(radius, quality);
-        worst = std::max(worst, excess);
-        INFO("radius " << radius << ", " << quality_names[static_cast<int>(quality)]);
-        CHECK(excess > -1);
-        CHECK(excess <= crease_excess);
-    }
-
-    void print() const {
-        for (const Quality quality : qualities)
-            std::printf("a crease%s, %s: at most %.4f lighter than both walls\n", where_,
-                        quality_names[static_cast<int>(quality)], of_[static_cast<int>(quality)]);
-    }
-
-private:
-    const char* where_;
-    double of_[3] = {-1, -1, -1};
+/// Creases that are judged alike. A pixel is 5 away.
+struct Creases {
+    const char* where;
+    std::vector<std::pair<double, double>> turned_and_yaw;
+    double tilt;
+    std::vector<double> angles, radii;
+    std::vector<Quality> judged;
 };
+
+std::vector<double> of_pixels(std::vector<double> radii) {
+    for (double& radius : radii)
+        radius = 5 * radius / small_focal_px;
+    return radii;
+}
 
 } // namespace
 
 TEST_CASE("ssao scene: no pixel of a crease is lighter than both of its walls", "[ssao]") {
-    WorstExcess worst("");
-    for (const auto& [turned, yaw] :
-         {std::pair{7.0, 25.0}, {20.0, 0.0}, {20.0, 25.0}, {33.0, 25.0}, {45.0, 0.0}, {70.0, 25.0}})
-        for (const double angle : {90.0, 120.0}) {
-            INFO(turned << ", " << yaw << " degrees, walls at " << angle << " degrees");
-            const Crease crease(turned, yaw, 20, angle);
-            for (const Quality quality : qualities)
-                worst.check(crease, 0.6, quality);
-        }
-    worst.print();
-}
-
-TEST_CASE("ssao scene: no pixel of a crease through the pixels' centres is lighter than both of its walls", "[ssao]") {
-    // Neither wall is the flatter one there. For `fast` 60 degrees are too steep.
-    WorstExcess worst(" along the diagonal");
-    for (const double turned : {45.0, 135.0})
-        for (const double angle : {60.0, 90.0, 120.0}) {
-            INFO(turned << " degrees, walls at " << angle << " degrees");
-            const Crease crease(turned, 0, 0, angle);
-            for (const double radius_px : {23.0, 32.0, 40.0, 50.0, 58.0, 64.0, 90.0, 128.0})
-                for (const Quality quality : qualities)
-                    if (quality != Quality::fast || angle > 60)
-                        worst.check(crease, 5 * radius_px / small_focal_px, quality);
-        }
-    worst.print();
-}
-
-TEST_CASE("ssao scene: where a crease passes close by a pixel's centre, the pixel has one of its walls", "[ssao]") {
-    // Turned by 22.5 degrees it passes 0.0015 pixels beside that of pixel (279, 40).
-    WorstExcess worst(" close by the pixels' centres");
-    for (const double turned : {15.0, 22.5, 67.5, 105.0, 157.5})
-        for (const double angle : {90.0, 120.0}) {
-            INFO(turned << " degrees, walls at " << angle << " degrees");
-            const Crease crease(turned, 0, 0, angle);
-            for (const double radius_px : {10.0, 23.0, 48.0})
-                worst.check(crease, 5 * radius_px / small_focal_px, Quality::accurate);
-        }
-    worst.print();
+    const std::vector<Quality> all(std::begin(qualities), std::end(qualities)),
+        slow{Quality::balanced, Quality::accurate};
+    const std::vector<double> many = of_pixels({23, 32, 40, 50, 58, 64, 90, 128});
+    const Creases kinds[] = {
+        {"anywhere", {{7, 25}, {20, 0}, {20, 25}, {33, 25}, {45, 0}, {70, 25}}, 20, {90, 120}, {0.6}, all},
+        // Neither wall is the flatter one there. For `fast` 60 degrees are too steep.
+        {"through the pixels' centres", {{45, 0}, {135, 0}}, 0, {90, 120}, many, all},
+        {"through the pixels' centres", {{45, 0}, {135, 0}}, 0, {60}, many, slow},
+        // Turned by 22.5 degrees it passes 0.0015 pixels beside the centre of pixel (279, 40), which has one of its walls.
+        {"close by the pixels' centres",
+         {{15, 0}, {22.5, 0}, {67.5, 0}, {105, 0}, {157.5, 0}},
+         0,
+         {90, 120},
+         of_pixels({10, 23, 48}),
+         {Quality::accurate}}};
+    for (const auto& [where, turned_and_yaw, tilt, angles, radii, judged] : kinds) {
+        double worst[3] = {-1, -1, -1};
+        for (const auto& [turned, yaw] : turned_and_yaw)
+            for (const double angle : angles) {
+                const Crease crease(turned, yaw, tilt, angle);
+                for (const double radius : radii)
+                    for (const Quality quality : judged) {
+                        const double excess = crease.excess(radius, quality);
+                        INFO(where << ", turned by " << turned << " and " << yaw << " degrees, walls at " << angle
+                                   << " degrees, radius " << radius << ", "
+                                   << quality_names[static_cast<int>(quality)]);
+                        CHECK(excess > -1);
+                        CHECK(excess <= crease_excess);
+                        worst[static_cast<int>(quality)] = std::max(worst[static_cast<int>(quality)], excess);
+                    }
+            }
+        for (const Quality quality : judged)
+            std::printf("a crease %s, %s: at most %.4f lighter than both walls\n", where,
+                        quality_names[static_cast<int>(quality)], worst[static_cast<int>(quality)]);
+    }
 }
 
 namespace {
