@@ -36,18 +36,4 @@ std::vector<float> decoded(Camera camera, const std::vector<Value>& values, Stor
     return depth;
 }
 
-/// x, y, z of each of them.
-inline std::vector<float> unprojected(Camera camera, const std::vector<float>& values,
-                                      const UnprojectOptions& options = {}, Arithmetic arithmetic = oracle::widest()) {
-    camera.width = static_cast<int>(values.size());
-    camera.height = 1;
-    std::vector<float> positions(values.size() * 3);
-    const Device& device = oracle::device(arithmetic);
-    const Image stored = Image::from_host(device, Element::f32, values.data(), {camera.width, 1});
-    const Image result = Image::onto_host(device, Element::f32, positions.data(), {camera.width, 1, 3});
-    unproject({stored, camera}, result, options);
-    result.download(positions.data());
-    return positions;
-}
-
 } // namespace fathom::stability

@@ -90,23 +90,6 @@ TEST_CASE("real: ambient occlusion from Blender's depth against the path tracer'
     }
 }
 
-TEST_CASE("real: ambient occlusion has at most twice the dark specks of the path tracer's", "[ssao][real]") {
-    if (!there("blender"))
-        return;
-    for (const char* const frame : {"perspective", "orthographic", "antialiased", "antialiased-near"}) {
-        const fs::path folder = data / "blender" / frame;
-        const cv::Size size = oracle::path_traced_visibility(folder).size();
-        const int of_truth = images::dark_specks(truth_of(folder), size.width, size.height);
-        for (const Quality quality : {Quality::fast, Quality::balanced, Quality::accurate}) {
-            const int specks = images::dark_specks(visibility_of(folder, quality), size.width, size.height);
-            std::cout << "dark specks, Blender " << frame << ", quality " << static_cast<int>(quality) << ": " << specks
-                      << ", the path tracer's own " << of_truth << '\n';
-            INFO(frame << ", quality " << static_cast<int>(quality));
-            CHECK(specks <= 2 * of_truth);
-        }
-    }
-}
-
 namespace {
 
 // What is nearer by 3 % than the pixels two or three away on both sides, along a row or a column.

@@ -12,19 +12,17 @@ using seen::refusal;
 namespace {
 
 /// A camera for each form, `unit` scene units to what was one.
-std::vector<Camera> of_every_form(int width, int height, double unit = 1) {
+std::vector<Camera> of_every_form(double unit) {
     const Projection wide = perspective(1.0, 1.5, {0.1 * unit, 100 * unit});
     const Projection orthographic_projection =
         orthographic({-5 * unit, 6 * unit, -4 * unit, 3 * unit}, {0.5 * unit, 500 * unit});
     Eigen::Matrix4d tilt = wide.matrix.cast<double>();
     tilt.row(3) = Eigen::RowVector4d(0.06, -0.04, -1, 0);
-    std::vector<Camera> cameras{
-        camera_of(wide, width, height),
-        camera_of(with_oblique_near_plane(wide, {0.2, 0.1, -1, -3 * unit}), width, height),
-        camera_of(orthographic_projection, width, height),
-        camera_of(with_oblique_near_plane(orthographic_projection, {0.2, 0.1, -1, -3 * unit}), width, height),
-        camera_of(from_matrix(tilt), width, height)};
-    Camera logarithmic = camera_of(wide, width, height), distance = logarithmic, median = logarithmic;
+    std::vector<Camera> cameras{camera_of(wide), camera_of(with_oblique_near_plane(wide, {0.2, 0.1, -1, -3 * unit})),
+                                camera_of(orthographic_projection),
+                                camera_of(with_oblique_near_plane(orthographic_projection, {0.2, 0.1, -1, -3 * unit})),
+                                camera_of(from_matrix(tilt))};
+    Camera logarithmic = camera_of(wide), distance = logarithmic, median = logarithmic;
     logarithmic.encoding = Encoding::logarithmic;
     logarithmic.far_plane = 100 * unit;
     logarithmic.log_c = 1 / unit;
@@ -34,15 +32,6 @@ std::vector<Camera> of_every_form(int width, int height, double unit = 1) {
     median.median = 5 * unit;
     cameras.insert(cameras.end(), {logarithmic, distance, median});
     return cameras;
-}
-
-std::vector<float> random_depths(std::size_t count, std::uint32_t seed) {
-    std::mt19937 random(seed);
-    std::uniform_real_distribution<float> unit(0.01f, 0.999f);
-    std::vector<float> values(count);
-    for (float& value : values)
-        value = unit(random);
-    return values;
 }
 
 } // namespace
@@ -104,9 +93,11 @@ TEST_CASE("stability: an infinite far plane at its own stored value", "[stabilit
 constexpr int largest_unit = 34; // powers of ten; the farthest depth of these cameras is 500 units
 
 TEST_CASE("stability: scene units from 1e-34 to 1e34 decode to the same digits", "[stability]") {
-    const std::vector<float> stored = random_depths(64, 5);
+    std::vector<float> stored;
+    for (int i = 1; i <= 64; ++i)
+        stored.push_back(static_cast<float>(i) / 65);
     for (const Arithmetic arithmetic : oracle::arithmetics()) {
-        const auto plain = of_every_form(64, 1);
+        const auto plain = of_every_form(1);
         // Both results are within so many ulp, of two roundings each at most; the unit itself is one more.
         const double ulps = arithmetic == Arithmetic::fp64 ? linearize_ulp_fp64 : linearize_ulp_two_float;
         double worst = 0;
@@ -115,7 +106,7 @@ TEST_CASE("stability: scene units from 1e-34 to 1e34 decode to the same digits",
             for (int power = -largest_unit; power <= largest_unit; ++power) {
                 INFO(to_string(depth_form(plain[f]).form) << " 1e" << power << ' ' << oracle::name(arithmetic));
                 const double unit = std::pow(10.0, power);
-                const Camera camera = of_every_form(64, 1, unit)[f];
+                const Camera camera = of_every_form(unit)[f];
                 CHECK(depth_form(camera).form == depth_form(plain[f]).form);
                 const auto z = decoded(camera, stored, Storage::float32, Background::inf, arithmetic);
                 double error = 0;
@@ -214,38 +205,6 @@ TEST_CASE("stability: metric depth that is infinite, zero or behind the camera c
         CHECK(std::isnan(inverse[2]));
         CHECK(inverse[3] == infinity); // no disparity: nothing there
         CHECK(inverse[4] == 0.5f);
-    }
-}
-
-TEST_CASE("stability: positions far from the world's origin keep their digits around one of their own", "[stability]") {
-    Camera camera = camera_of(perspective(1.0, 1.5, {0.1, 100}), 64, 1);
-    Eigen::Matrix4d pose = Eigen::Matrix4d::Identity();
-    pose.topLeftCorner<3, 3>() = Eigen::AngleAxisd(0.7, Eigen::Vector3d(1, 2, 3).normalized()).matrix();
-    pose.topRightCorner<3, 1>() = Eigen::Vector3d(6378137, -4e6, 2e7);
-    camera.view = pose.inverse();
-    const Eigen::Vector3d origin = pose.topRightCorner<3, 1>() + Eigen::Vector3d(1, 2, -3);
-    const std::vector<float> stored = random_depths(64, 6);
-    for (const Arithmetic arithmetic : oracle::arithmetics()) {
-        const auto view = unprojected(camera, stored, {}, arithmetic);
-        const auto world = unprojected(camera, stored, {.space = Space::world, .origin = origin}, arithmetic);
-        const auto absolute = unprojected(camera, stored, {.space = Space::world}, arithmetic);
-        double worst = 0, naive = 0;
-        for (std::size_t i = 0; i < stored.size(); ++i) {
-            const Eigen::Vector3d p(view[3 * i], view[3 * i + 1], view[3 * i + 2]);
-            const Eigen::Vector3d truth = pose.topLeftCorner<3, 3>() * p + (pose.topRightCorner<3, 1>() - origin);
-            const auto away = [&](const std::vector<float>& got, const Eigen::Vector3d& from) {
-                return (Eigen::Vector3d(got[3 * i], got[3 * i + 1], got[3 * i + 2]) - from - truth).norm();
-            };
-            const double size = p.norm() + (pose.topRightCorner<3, 1>() - origin).norm();
-            worst = std::max(worst, away(world, Eigen::Vector3d::Zero()) / size);
-            naive = std::max(naive, away(absolute, origin) / size);
-        }
-        std::printf("2e7 from the world's origin, %s: %.1e of the distance; without an origin of its own %.1e\n",
-                    oracle::name(arithmetic), worst, naive);
-        // The view-space positions that this is judged by have the same error themselves. A double matrix of 2e7 is
-        // inverted to 2^-53 of that: 4e-9 of a distance of 1.
-        CHECK(worst <= 2 * unproject_relative_error + 1e-8);
-        CHECK(naive > 1e-3);
     }
 }
 
