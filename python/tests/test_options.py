@@ -88,25 +88,6 @@ def test_a_value_that_fits_and_one_that_does_not(program, metres, keys):
     print(f"{checked} values")
 
 
-def test_what_excludes_another_option_is_refused_beside_it(metres, keys):
-    camera, depth = fathom.Camera(**keys), metres.astype(numpy.float32)
-    images = {"picture": numpy.full((HEIGHT, WIDTH, 3), 0.5, numpy.float32), "depth": depth, "result": True}
-
-    def good(option):
-        return values(option)[0] if values(option)[0] is not None else images.get(option["kind"])
-
-    tried = 0
-    for operation in fathom.options():
-        by_name = {option["name"]: option for option in operation["options"]}
-        for option in operation["options"]:
-            for other in set(option["excludes"]) - {option["name"]}:
-                given = {option["name"]: good(option), other: good(by_name[other])}
-                said = refusal(operation, depth, camera, required(operation, images["picture"]) | given)
-                assert " exclude each other: give one of the two" in said, (operation["name"], given)
-                tried += 1
-    assert tried > 30
-
-
 def test_options_are_those_of_the_program(program):
     described = json.loads(program("options", "--json").stdout)["operations"]
     for operation in described:
@@ -119,21 +100,6 @@ def test_options_are_those_of_the_program(program):
         default = option["default"]
         assert default is None or (isinstance(default, kinds.get(option["kind"], list)) and not option["required"])
         assert option["required"] or option["default_words"]
-
-
-def test_what_needs_another_option_is_refused_without_it(metres, keys):
-    camera, depth = fathom.Camera(**keys), metres.astype(numpy.float32)
-    images = {"picture": numpy.full((HEIGHT, WIDTH, 3), 0.5, numpy.float32), "depth": depth}
-    tried = 0
-    for operation in fathom.options():
-        for option in operation["options"]:
-            if option["needs"]:
-                value = values(option)[0] if values(option)[0] is not None else images.get(option["kind"])
-                given = required(operation, images["picture"]) | {option["name"]: value}
-                said = refusal(operation, depth, camera, given)
-                assert said == f"{option['name']}: is of no use without {' or '.join(option['needs'])}"
-                tried += 1
-    assert tried >= 7
 
 
 def test_an_option_that_is_described_is_a_keyword_and_no_other(program):
