@@ -18,13 +18,6 @@
 namespace fathom {
 namespace {
 
-std::vector<std::byte> pixels_of(const Image& image) {
-    std::vector<std::byte> bytes(static_cast<std::size_t>(image.width()) * static_cast<std::size_t>(image.height()) *
-                                 static_cast<std::size_t>(image.channels()) * element_bytes(image.element()));
-    image.download(bytes.data());
-    return bytes;
-}
-
 // An image of its own for stored depth of the same size and type.
 StoredDepth with_own_image(const StoredDepth& stored) {
     check_stored(stored);
@@ -45,10 +38,10 @@ struct MovedValues {
     std::vector<std::byte> values, moved; // as they are stored, and as they will be
 
     // Throws: as `check_result`, for an image that cannot take the result.
-    MovedValues(const StoredDepth& stored, const Image& result) : image(stored.image), z(at(0, height)) {
+    MovedValues(const StoredDepth& stored, const Image& result) : image(stored.image) {
         check_result(stored, {"the result", result}, image.element(), layout);
-        values = pixels_of(image);
-        linearize(stored).image.download(z.data());
+        values = runtime::on_host<std::byte>(image);
+        z = runtime::on_host<float>(linearize(stored).image);
         moved = values;
     }
 
@@ -164,8 +157,8 @@ StoredDepth ignore_pixels(const StoredDepth& stored, const Image& ignore) {
     const int width = image.width(), height = image.height();
     require(static_cast<bool>(ignore) && ignore.width() == width && ignore.height() == height && ignore.channels() == 1,
             "ignore must have one number for each of the depth's ", width, " x ", height, " pixels");
-    std::vector<std::byte> values = pixels_of(image);
-    const std::vector<std::byte> mask = pixels_of(ignore);
+    std::vector<std::byte> values = runtime::on_host<std::byte>(image);
+    const std::vector<std::byte> mask = runtime::on_host<std::byte>(ignore);
     const HostDepth on_host{values.data(), width, height, values.size() / static_cast<std::size_t>(height),
                             stored.storage};
     InvalidValue invalid(stored.camera, stored.storage);

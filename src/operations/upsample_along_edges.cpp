@@ -18,28 +18,23 @@ namespace {
 
 // Of an image of floats, halves, or codes that count from 0 to 1.
 std::vector<float> floats_of(const Image& image) {
-    std::vector<float> floats(static_cast<std::size_t>(image.width()) * static_cast<std::size_t>(image.height()) *
-                              static_cast<std::size_t>(image.channels()));
-    const auto take = [&]<typename T>(T, float largest) {
-        std::vector<T> elements(floats.size());
-        image.download(elements.data());
-        for (std::size_t i = 0; i < floats.size(); ++i)
-            floats[i] = static_cast<float>(elements[i]) / largest;
+    const auto divided = [&]<typename T>(T largest) {
+        const std::vector<T> elements = runtime::on_host<T>(image);
+        std::vector<float> floats(elements.size());
+        std::ranges::transform(elements, floats.begin(),
+                               [&](T each) { return static_cast<float>(each) / static_cast<float>(largest); });
+        return floats;
     };
     switch (image.element()) {
     case Element::u8:
-        take(std::uint8_t{}, 255);
-        break;
+        return divided(std::uint8_t{255});
     case Element::u16:
-        take(std::uint16_t{}, 65535);
-        break;
+        return divided(std::uint16_t{65535});
     case Element::f16:
-        take(Eigen::half{}, 1);
-        break;
+        return divided(Eigen::half(1));
     default:
-        image.download(floats.data());
+        return runtime::on_host<float>(image);
     }
-    return floats;
 }
 
 // The same in which the background has the distance that is stored.

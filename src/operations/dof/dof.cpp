@@ -207,11 +207,8 @@ int words_of(int tiles_across, int tiles_down) {
 
 // Of the first surfaces; or, for tiles of dof_hiding_columns, of what hides something and of what that hides.
 std::vector<TileBits> tile_bits(const Blur& blur, const Image& tiles, int across, bool hiding) {
-    const auto columns = static_cast<std::size_t>(across), rows = static_cast<std::size_t>(blur.down());
-    blur.launch("dof_tiles", {{"HIDING", hiding}}, {columns, rows}, blur.planes, tiles, blur.p);
-    std::vector<TileBits> bits(columns * rows);
-    tiles.region(0, 0, words_of(across, blur.down()), 1).download(bits.data());
-    return bits;
+    blur.launch("dof_tiles", {{"HIDING", hiding}}, range_of(across, blur.down()), blur.planes, tiles, blur.p);
+    return runtime::on_host<TileBits>(tiles.region(0, 0, words_of(across, blur.down()), 1));
 }
 
 // Gives every pixel its second surface: what lies behind it.

@@ -136,9 +136,7 @@ float widest_coc(const StoredDepth& stored, const CircleOfConfusion& circle, con
     const Image rows = scratch.image(Element::f32, {stored.image.height(), 1});
     CircleKernel(stored, form, circle, options)
         .launch("dof_largest", {}, false, {static_cast<std::size_t>(stored.image.height()), 1}, rows);
-    std::vector<float> largest(static_cast<std::size_t>(stored.image.height()));
-    rows.download(largest.data());
-    return std::ranges::max(largest);
+    return std::ranges::max(runtime::on_host<float>(rows));
 }
 
 void dof_masks(const StoredDepth& stored, const DofMasks& results, const CircleOfConfusion& circle,

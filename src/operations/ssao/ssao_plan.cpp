@@ -60,9 +60,7 @@ std::vector<float> nearest_in_rows(const StoredDepth& stored, std::size_t band_b
         grid.y_begin = to_u32(band.begin);
         runtime::launch(device, kernel, {static_cast<std::size_t>(rows), 1}, depth, nearest, grid);
     }
-    std::vector<float> found(static_cast<std::size_t>(height));
-    nearest.download(found.data());
-    return found;
+    return runtime::on_host<float>(nearest);
 }
 
 double shortest_step(const CentreRays& rays) {
