@@ -145,21 +145,15 @@ Image::Image(const Device& device, cl_mem buffer, Element element, Layout layout
                               needed = elements(layout_);
             require(offset <= size / each && needed <= size / each - offset, "a buffer of ", size,
                     " bytes is too small: the image takes ", needed * each, " from element ", offset, " on");
-            find_place();
+            place_.offset = given.getInfo<CL_MEM_OFFSET>();
+            const cl::Memory parent = given.getInfo<CL_MEM_ASSOCIATED_MEMOBJECT>(), whole = parent() ? parent : given;
+            place_.whole = whole();
+            if (device.info().cpu && (whole.getInfo<CL_MEM_FLAGS>() & CL_MEM_USE_HOST_PTR) != 0) // of any alignment
+                place_.host = static_cast<const char*>(whole.getInfo<CL_MEM_HOST_PTR>()) + place_.offset;
         },
         "cannot use a buffer");
     require(first_byte() % element_bytes(element) == 0, "the buffer's host memory is not aligned to elements of ",
             element_bytes(element), " bytes");
-}
-
-void Image::find_place() {
-    const cl::Buffer buffer = runtime::buffer_of(*this);
-    place_.offset = buffer.getInfo<CL_MEM_OFFSET>();
-    const cl::Memory parent = buffer.getInfo<CL_MEM_ASSOCIATED_MEMOBJECT>();
-    place_.whole = parent() ? parent() : buffer();
-    const cl::Memory whole(place_.whole, true);
-    if (device_.info().cpu && (whole.getInfo<CL_MEM_FLAGS>() & CL_MEM_USE_HOST_PTR) != 0) // memory of any alignment
-        place_.host = static_cast<const char*>(whole.getInfo<CL_MEM_HOST_PTR>()) + place_.offset;
 }
 
 std::size_t Image::allocation(Element element, Layout layout) {
