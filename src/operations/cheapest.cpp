@@ -29,20 +29,16 @@ std::optional<Quality> quality_named(std::string_view method) {
 // The sampling that stands for a method of the table: a preset, or "2 x 16" for 2 slices of 16 samples.
 Sampling sampling_named(const std::string& method) {
     Sampling sampling;
-    const bool half = method.ends_with(half_resolution);
-    if (half)
+    const std::string of = method.substr(0, method.find(half_resolution));
+    if (of != method)
         sampling.half_resolution = true;
-    const std::string of = method.substr(0, method.size() - (half ? half_resolution.size() : 0));
     if (const auto quality = quality_named(of)) {
         sampling.quality = *quality;
         return sampling;
     }
     std::istringstream words(of);
-    int slices = 0, samples = 0;
     std::string by;
-    words >> slices >> by >> samples;
-    sampling.slices = slices;
-    sampling.samples = samples;
+    words >> sampling.slices.emplace() >> by >> sampling.samples.emplace();
     return sampling;
 }
 
