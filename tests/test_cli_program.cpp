@@ -486,16 +486,6 @@ TEST_CASE("program: without a linker PoCL runs no kernel, and one line says what
     check_refused(without(linearize.arguments), 3, line);
     CHECK(folder.results().empty());
     check_done(linearize.with(usual));
-    const auto with_linker = [&](const std::string& bytes) { // one that does nothing is none
-        write(folder / "bin/ld", bytes);
-        fs::permissions(folder / "bin/ld", fs::perms::owner_all);
-        check_refused(without(linearize.arguments), 3,
-                      "the linker, " + folder / "bin/ld" + ", fails when it is asked for its version");
-    };
-    with_linker("#!/bin/sh\nexit 1\n");
-    with_linker(content("/bin/false"));
-    with_linker(content("/bin/false").substr(0, 1000));
-    with_linker("");
 }
 
 TEST_CASE("program: a folder of compiled kernels goes with a process that signals end") {

@@ -38,7 +38,7 @@ PoclRefusal pocl_refusal();
 /// it cannot write at all, once a build has failed.
 void check_pocl_folder(const std::string& file, bool has_failed);
 
-/// Throws: NoDevice if there is no linker that works, without which PoCL would end the process.
+/// Throws: NoDevice if there is no linker, without which PoCL would end the process.
 void check_linker();
 
 } // namespace fathom::runtime
