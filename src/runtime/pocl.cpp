@@ -17,7 +17,6 @@
 
 #include <fcntl.h>
 #include <sys/resource.h>
-#include <sys/stat.h>
 #include <unistd.h>
 
 namespace fathom::runtime {
@@ -94,12 +93,6 @@ bool has_usual_folder() {
     return refusal == 0 || refusal == EFBIG;
 }
 
-bool is_private(const fs::path& folder) {
-    struct stat found {};
-    return stat(folder.c_str(), &found) == 0 && S_ISDIR(found.st_mode) && found.st_uid == geteuid() &&
-           (found.st_mode & (S_IRWXG | S_IRWXO)) == 0;
-}
-
 /// A folder that goes when the process that made it ends.
 class FolderOfProcess;
 std::atomic<const FolderOfProcess*> folder_of_process = nullptr;
@@ -141,14 +134,6 @@ private:
     pid_t process_ = getpid();
 };
 
-fs::path other_folder() {
-    if (const fs::path runtime = variable("XDG_RUNTIME_DIR"); is_private(runtime))
-        if (const fs::path folder = runtime / "pocl/kcache"; refusal_to_write(folder) == 0)
-            return folder;
-    static const FolderOfProcess own;
-    return own.path();
-}
-
 bool has_linker() {
     std::istringstream folders(variable("PATH"));
     for (std::string folder; std::getline(folders, folder, ':');)
@@ -170,8 +155,10 @@ PoclFolder::PoclFolder() {
     else if (own)
         return;
     static const bool usual = has_usual_folder();
-    if (!usual && given_folder().empty())
-        given_folder() = other_folder();
+    if (!usual && given_folder().empty()) {
+        static const FolderOfProcess own;
+        given_folder() = own.path();
+    }
     is_given_ = !given_folder().empty();
     if (is_given_)
         setenv("POCL_CACHE_DIR", given_folder().c_str(), 1);

@@ -8,8 +8,8 @@
 namespace fathom::runtime {
 
 /// Lets PoCL keep what it compiles where nobody else can write, if POCL_CACHE_DIR is not set and the folder that PoCL would
-/// take cannot be used: below $XDG_RUNTIME_DIR, or in a folder of this process that is removed at its end. It is there while
-/// drivers are asked for their devices, which is when PoCL reads POCL_CACHE_DIR. No other process inherits that.
+/// take cannot be used: in a folder of this process that is removed at its end. It is there while drivers are asked for their
+/// devices, which is when PoCL reads POCL_CACHE_DIR. No other process inherits that.
 class PoclFolder {
 public:
     PoclFolder();
