@@ -67,15 +67,6 @@ std::string assembled_source(const std::string& file) {
 
 namespace {
 
-// A driver's own message, or what it says instead.
-std::string build_log(const cl::Program& program, const cl::Device& device) {
-    try {
-        return program.getBuildInfo<CL_PROGRAM_BUILD_LOG>(device);
-    } catch (const cl::Error&) {
-        return "(the driver gives no log)";
-    }
-}
-
 // False where the driver's compiler refuses a program.
 bool builds(const cl::Program& program, const cl::Device& device, const std::string& options) {
     try {
@@ -119,7 +110,7 @@ const cl::Program& program(const Device& device, const std::string& file, const 
     if (!succeeded) {
         if (pocl)
             check_pocl_folder(file, true);
-        const std::string log = build_log(built, context.device);
+        const auto log = built.getBuildInfo<CL_PROGRAM_BUILD_LOG>(context.device);
         if (log.find("unknown target CPU 'generic'") != std::string::npos)
             throw NoDevice(text(device.info().name, " compiles nothing, since its driver (", device.info().version,
                                 ") is too old to know this processor; install PoCL 3.1 or later, or let "
