@@ -221,11 +221,7 @@ Device Device::open(const std::string& wanted, const DeviceOptions& options) {
 }
 
 Device::Device(cl_context context, cl_device_id device, cl_command_queue queue, const DeviceOptions& options) {
-    require(context && device && queue, "a Device needs a context, a device and a queue, but the ",
-            !context  ? "context"
-            : !device ? "device"
-                      : "queue",
-            " is null");
+    require(context && device && queue, "a Device needs a context, a device and a queue, and one of them is null");
     const auto join = [&] {
         const cl::Context of_context(context, true);
         const cl::Device of_device(device, true);
