@@ -25,13 +25,9 @@ std::string file_of(const std::string& kernel) {
 void append(std::string& source, const std::string& file, std::set<std::string>& included) {
     if (!included.insert(file).second)
         return;
-    const auto found = fathom_kernel_files().find(file);
-    if (found == fathom_kernel_files().end())
-        throw Error(text("no kernel file named ", file, " is built in"));
-
     const std::string path = text("\"kernels/", file, "\"\n");
     source += "#line 1 " + path;
-    std::istringstream lines(found->second);
+    std::istringstream lines(fathom_kernel_files().at(file)); // the build of the library has found every include
     std::string line;
     for (int number = 1; std::getline(lines, line); ++number) {
         constexpr std::string_view include = "#include \"";
