@@ -139,18 +139,6 @@ StoredDepth grow_foreground(const StoredDepth& stored, int pixels) {
     return made;
 }
 
-namespace {
-
-// A float of either sign of 0 is 0, and all that remains of an integer is whether it has a bit.
-bool is_zero(Element element, const std::byte* value) {
-    std::uint32_t bits = 0;
-    std::memcpy(&bits, value, element_bytes(element));
-    const std::uint32_t sign = element == Element::f32 ? 0x80000000 : element == Element::f16 ? 0x8000 : 0;
-    return (bits & ~sign) == 0;
-}
-
-} // namespace
-
 StoredDepth ignore_pixels(const StoredDepth& stored, const Image& ignore) {
     StoredDepth made = with_own_image(stored);
     const Image& image = stored.image;
@@ -158,15 +146,14 @@ StoredDepth ignore_pixels(const StoredDepth& stored, const Image& ignore) {
     require(static_cast<bool>(ignore) && ignore.width() == width && ignore.height() == height && ignore.channels() == 1,
             "ignore must have one number for each of the depth's ", width, " x ", height, " pixels");
     std::vector<std::byte> values = runtime::on_host<std::byte>(image);
-    const std::vector<std::byte> mask = runtime::on_host<std::byte>(ignore);
+    const std::vector<float> mask = runtime::floats_of(ignore);
     const HostDepth on_host{values.data(), width, height, values.size() / static_cast<std::size_t>(height),
                             stored.storage};
     InvalidValue invalid(stored.camera, stored.storage);
     invalid.see(on_host);
     invalid.settle(made.camera);
     invalid.write(values.data(), on_host, [&](int x, int y) {
-        const auto at = static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x);
-        return !is_zero(ignore.element(), &mask[at * element_bytes(ignore.element())]);
+        return mask[static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x)] != 0;
     });
     runtime::copy_from_host(values.data(), made.image);
     return made;

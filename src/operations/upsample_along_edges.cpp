@@ -2,6 +2,7 @@
 
 #include <fathom/linearize.hpp>
 
+#include "camera/form.hpp"
 #include "camera/photograph.hpp"
 #include "operations/parameters.hpp"
 #include "require.hpp"
@@ -15,27 +16,6 @@
 
 namespace fathom {
 namespace {
-
-// Of an image of floats, halves, or codes that count from 0 to 1.
-std::vector<float> floats_of(const Image& image) {
-    const auto divided = [&]<typename T>(T largest) {
-        const std::vector<T> elements = runtime::on_host<T>(image);
-        std::vector<float> floats(elements.size());
-        std::ranges::transform(elements, floats.begin(),
-                               [&](T each) { return static_cast<float>(each) / static_cast<float>(largest); });
-        return floats;
-    };
-    switch (image.element()) {
-    case Element::u8:
-        return divided(std::uint8_t{255});
-    case Element::u16:
-        return divided(std::uint16_t{65535});
-    case Element::f16:
-        return divided(Eigen::half(1));
-    default:
-        return runtime::on_host<float>(image);
-    }
-}
 
 // The same in which the background has the distance that is stored.
 StoredDepth without_background(StoredDepth stored) {
@@ -60,7 +40,7 @@ StoredDepth upsample_along_edges(const StoredDepth& stored, const Image& color) 
     require(have_same_ratio(width, height, color.width(), color.height()), "color is ", color.width(), " x ",
             color.height(), " pixels, the depth ", width, " x ", height,
             "; both must show the same, with the same ratio of width to height");
-    const std::vector<float> z = floats_of(linearize(stored).image), light = floats_of(color);
+    const std::vector<float> z = runtime::floats_of(linearize(stored).image), light = runtime::floats_of(color);
     const Layout layout{color.width(), color.height()};
     std::vector<float> fine(static_cast<std::size_t>(layout.width) * static_cast<std::size_t>(layout.height));
     const EdgeUpsampling upsampling({z.data(), width, height},
@@ -87,12 +67,12 @@ StoredDepth sharpen_edges(const StoredDepth& stored, const Image& color, const I
         check_result(stored, {"changed", changed}, Element::u8, layout);
     const bool along_axis = has_plane_in_focus(stored.camera);
     const auto distances = [&](const StoredDepth& depth) {
-        return floats_of(linearize(depth, {.as = along_axis ? Along::axis : Along::ray}).image);
+        return runtime::floats_of(linearize(depth, {.as = along_axis ? Along::axis : Along::ray}).image);
     };
     const std::vector<float> z = distances(stored);
     std::vector<float> light;
     if (color)
-        light = floats_of(color);
+        light = runtime::floats_of(color);
     std::vector<float> made = sharpened_distances(
         {z.data(), layout.width, layout.height}, stored.camera.lens || stored.camera.projection.is_perspective(),
         color ? HostFloats{light.data(), layout.width, layout.height, color.channels()} : HostFloats{}, in_threads);

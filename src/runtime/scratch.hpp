@@ -40,6 +40,9 @@ std::vector<Value> on_host(const Image& image) {
     return values;
 }
 
+/// Its numbers there: codes of 8 and of 16 bits are parts of the largest one.
+std::vector<float> floats_of(const Image& image);
+
 /// Copies an image to another one of its size and type.
 void copy(const Image& from, const Image& to);
 
