@@ -44,12 +44,6 @@ Sampling sampling_named(const std::string& method) {
 
 constexpr const char* operations[] = {"ssao", "dof", "normals"};
 
-// The storage whose rounding the depth has: a float image may come from a 16-bit buffer.
-std::string storage_of(const Tile& tile) {
-    const bool few_bits = tile.storage == Storage::uint8 || tile.camera.depth_bits.value_or(32) <= 16;
-    return to_string(few_bits ? Storage::uint16 : tile.storage);
-}
-
 } // namespace
 
 std::vector<MeasuredMethod> measured_for(std::span<const Measured> measured, std::string_view operation,
@@ -77,7 +71,8 @@ const char* to_string(Operation operation) {
 MeasuredMethod cheapest_method(Operation operation, const Tile& tile, double max_error) {
     description::Check{}("operation", operation, {"ssao", "dof", "normals"});
     description::Check{}("max_error", max_error, description::tolerated_error);
-    std::vector<MeasuredMethod> list = measured_for(measured_methods(), to_string(operation), storage_of(tile));
+    const Storage rounding = is_coarse(tile) ? Storage::uint16 : tile.storage;
+    std::vector<MeasuredMethod> list = measured_for(measured_methods(), to_string(operation), to_string(rounding));
     const PixelLattice half = pixel_lattice(tile, 2);
     if (half.width == 0 || half.height == 0) // the tile is a single odd row or column
         std::erase_if(list, [](const MeasuredMethod& each) { return each.method.ends_with(half_resolution); });
