@@ -12,7 +12,6 @@
 #include "operations/parameters.hpp"
 #include "require.hpp"
 #include "runtime/launch.hpp"
-#include "runtime/scratch.hpp"
 
 #include <fathom/tiles.hpp>
 

@@ -86,6 +86,26 @@ bool can_share(const Device& device, Element element, const void* data) {
     return device.info().cpu && reinterpret_cast<std::uintptr_t>(data) % element_bytes(element) == 0;
 }
 
+// The bytes of an image's rows, counted from an address, or from where its buffer begins.
+struct Span {
+    std::uintptr_t first;
+    std::uintptr_t width, pitch, count;
+
+    std::uintptr_t end() const { return first + (count - 1) * pitch + width; }
+};
+
+// Has any row of one a byte in common with a row of the other?
+bool rows_meet(const Span& a, const Span& b) {
+    if (a.first > b.first)
+        return rows_meet(b, a);
+    if (b.first >= a.end())
+        return false;
+    if (a.pitch != b.pitch)
+        return true; // they may not, but that is rare
+    const std::uintptr_t row = (b.first - a.first) / a.pitch, column = (b.first - a.first) % a.pitch;
+    return (row < a.count && column < a.width) || (row + 1 < a.count && column + b.width > a.pitch);
+}
+
 } // namespace
 
 std::shared_ptr<_cl_mem> runtime::shared(cl_mem buffer) {
@@ -238,30 +258,6 @@ std::size_t Image::first_byte() const {
 bool Image::aligned_to(std::size_t alignment) const {
     return first_byte() % alignment == 0 && layout_.row_stride * element_bytes(element_) % alignment == 0;
 }
-
-namespace {
-
-// The bytes of an image's rows, counted from an address, or from where its buffer begins.
-struct Span {
-    std::uintptr_t first;
-    std::uintptr_t width, pitch, count;
-
-    std::uintptr_t end() const { return first + (count - 1) * pitch + width; }
-};
-
-// Has any row of one a byte in common with a row of the other?
-bool rows_meet(const Span& a, const Span& b) {
-    if (a.first > b.first)
-        return rows_meet(b, a);
-    if (b.first >= a.end())
-        return false;
-    if (a.pitch != b.pitch)
-        return true; // they may not, but that is rare
-    const std::uintptr_t row = (b.first - a.first) / a.pitch, column = (b.first - a.first) % a.pitch;
-    return (row < a.count && column < a.width) || (row + 1 < a.count && column + b.width > a.pitch);
-}
-
-} // namespace
 
 bool Image::overlaps(const Image& other) const {
     if (!*this || !other)

@@ -52,17 +52,6 @@ std::string build_options(const Defines& defines, bool correct_rounding) {
     return options;
 }
 
-} // namespace
-
-std::string assembled_source(const std::string& file) {
-    std::string source;
-    std::set<std::string> included;
-    append(source, file, included);
-    return source;
-}
-
-namespace {
-
 // False where the driver's compiler refuses a program.
 bool builds(const cl::Program& program, const cl::Device& device, const std::string& options) {
     try {
@@ -75,14 +64,20 @@ bool builds(const cl::Program& program, const cl::Device& device, const std::str
     }
 }
 
-// With these Clang's header opencl-c.h is empty, and kernels/builtins.h has what kernels call of it. PoCL reads that header for
-// every program; a version of it that takes this for an error gets the program without them.
-constexpr const char* own_builtins = " -D_OPENCL_H_ -DBUILTINS";
-
 } // namespace
+
+std::string assembled_source(const std::string& file) {
+    std::string source;
+    std::set<std::string> included;
+    append(source, file, included);
+    return source;
+}
 
 Build build(const cl::Context& context, const cl::Device& device, const std::string& file, const std::string& options,
             bool pocl) {
+    // With these Clang's header opencl-c.h is empty, and kernels/builtins.h has what kernels call of it. PoCL reads that header
+    // for every program; a version of it that takes this for an error gets the program without them.
+    constexpr const char* own_builtins = " -D_OPENCL_H_ -DBUILTINS";
     const cl::Program program(context, assembled_source(file));
     return {program, (pocl && builds(program, device, options + own_builtins)) || builds(program, device, options)};
 }
