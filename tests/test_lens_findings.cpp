@@ -118,30 +118,6 @@ TEST_CASE("lens findings: pixels without a ray, steep ones and folds are counted
     }
 }
 
-TEST_CASE("lens findings: how far the rays between those of a map are off is told", "[lens][doubts]") {
-    for (const std::size_t which : {0u, 1u, 4u, 7u, 9u, 12u}) {
-        const auto [name, camera] = lens_subjects().at(which);
-        CAPTURE(name);
-        Camera mapped = camera;
-        mapped.lens = lens_of_rays(mapped_rays(camera));
-        const PixelRays exact(camera), rays(mapped);
-        double off = 0;
-        for (int y = 1; y < camera.height; ++y)
-            for (int x = 1; x < camera.width; ++x) {
-                const auto at = [&](double i, double j) { return *exact.ray_of(x + i, y + j); };
-                const double pixel =
-                    std::min((at(0.5, 0.5) - at(-0.5, -0.5)).norm(), (at(-0.5, 0.5) - at(0.5, -0.5)).norm()) /
-                    std::sqrt(2);
-                off = std::max(off, (*rays.ray_of(x, y) - at(0, 0)).norm() / pixel);
-            }
-        const std::vector<float> values(static_cast<std::size_t>(camera.width * camera.height), 2.0f);
-        const double told = camera_findings(mapped, host(mapped, values)).lens.value().between_pixels_px.value();
-        std::printf("between the pixels of a map of %-30s off %.4f px, told %.4f\n", name.c_str(), off, told);
-        constexpr double part = 0.15, floats = 1e-4;
-        CHECK(std::abs(told - off) <= part * off + floats);
-    }
-}
-
 TEST_CASE("lens findings: a fold over more than half of the image is refused, and a fisheye's circle is not",
           "[lens][doubts]") {
     const Device device = test_device();

@@ -15,7 +15,7 @@ namespace fathom {
 
 /// What a device says about itself.
 struct DeviceInfo {
-    int index; ///< position in `list_devices`, what `Device::open("2")` takes
+    int index; ///< position in `list_devices`, what `Device::open("2")` takes; -1 for that of somebody's context
     std::string name;
     std::string platform;
     std::string version;

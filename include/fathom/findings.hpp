@@ -66,8 +66,6 @@ struct LensFindings {
     std::size_t no_ray = 0;       ///< pixels that no ray meets: beyond a fold, or outside a fisheye's circle
     std::size_t steep = 0;        ///< beyond 89 degrees from the axis, if depth counts along it: they have none
     std::optional<LensFold> fold; ///< where the lens folds
-    /// By how many pixels the rays between those of a map are off at most, by its own curvature.
-    std::optional<double> between_pixels_px = {};
 };
 
 /// What a camera makes of stored values.

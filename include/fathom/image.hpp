@@ -110,7 +110,6 @@ private:
     Image(const Device& device, std::shared_ptr<_cl_mem> own, Element element, Layout layout);
 
     std::size_t first_byte() const;
-    void find_place();
 
     Device device_;
     std::shared_ptr<_cl_mem> buffer_; // released with the last copy

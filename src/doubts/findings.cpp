@@ -97,8 +97,6 @@ std::vector<SurfacePoint> surfaces_of(const CameraFindings& findings, std::span<
 LensFindings lens_findings(const Camera& camera) {
     const lens::CameraLens lens(camera);
     LensFindings found{.fold = lens.laws().fold()};
-    if (camera.lens->map)
-        found.between_pixels_px = lens::off_between_pixels(*camera.lens->map);
     for (int y = 0; y < camera.height; ++y)
         for (int x = 0; x < camera.width; ++x) {
             const auto ray = lens.direction(x + 0.5, y + 0.5);

@@ -20,10 +20,6 @@ using RayJets = std::array<Jet, 3>;
 /// pixel's centre it is the pixel's own.
 std::optional<RayJets> mapped_ray(const RayMap& map, const Jet& x, const Jet& y);
 
-/// By how many pixels the ray in the middle of four pixels is off at most: a quarter of what a pixel's is off from the mean of the four
-/// around it, which are twice as far apart.
-double off_between_pixels(const RayMap& map);
-
 /// Where a map sees unit vectors. It knows some of the map's rays, and finds the nearest pixel from the nearest of those.
 class MapPixels {
 public:

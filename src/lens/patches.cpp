@@ -79,7 +79,6 @@ public:
     Builder(const CameraLens& lens, int width, int height, bool along_axis)
         : lens_(lens), width_(width), height_(height), along_axis_(along_axis) {
         patches_.tiles_across = (width + tile_side - 1) / tile_side;
-        patches_.tiles_down = (height + tile_side - 1) / tile_side;
         patches_.nodes.assign(4, rayless()); // of tiles without any ray
     }
 

@@ -28,7 +28,7 @@ using PatchNode = std::array<Eigen::Vector3d, 4>; ///< u, h u_x, h u_y, h² u_xy
 /// centres of pixels. With h = 1 there is a node for each pixel and nothing between them. A node is NaN where there is no ray, and
 /// so are the pixels of its patches.
 struct Patches {
-    int tiles_across = 0, tiles_down = 0;
+    int tiles_across = 0;
     std::vector<std::uint32_t> tiles; ///< by rows: 8 times the first node, and h = 1 << the lowest three bits
     std::vector<PatchNode> nodes;
 

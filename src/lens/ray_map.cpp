@@ -92,19 +92,6 @@ std::optional<RayJets> mapped_ray(const RayMap& map, const Jet& x, const Jet& y)
     return jets;
 }
 
-double off_between_pixels(const RayMap& map) {
-    double most = 0;
-    for (int y = 1; y + 1 < map.height; ++y)
-        for (int x = 1; x + 1 < map.width; ++x) {
-            const Ray here = ray_of(map, x, y), a = ray_of(map, x - 1, y - 1), b = ray_of(map, x + 1, y - 1),
-                      c = ray_of(map, x - 1, y + 1), d = ray_of(map, x + 1, y + 1);
-            if (here && a && b && c && d)
-                most = std::max(most, ((*a + *b + *c + *d).normalized() - *here).norm() / 4 /
-                                          (std::min((*a - *d).norm(), (*b - *c).norm()) / std::sqrt(8)));
-        }
-    return most;
-}
-
 namespace {
 
 constexpr double half_pixel = 0.5 + 1e-6;

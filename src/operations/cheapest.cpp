@@ -29,30 +29,20 @@ std::optional<Quality> quality_named(std::string_view method) {
 // The sampling that stands for a method of the table: a preset, or "2 x 16" for 2 slices of 16 samples.
 Sampling sampling_named(const std::string& method) {
     Sampling sampling;
-    const bool half = method.ends_with(half_resolution);
-    if (half)
+    const std::string of = method.substr(0, method.find(half_resolution));
+    if (of != method)
         sampling.half_resolution = true;
-    const std::string of = method.substr(0, method.size() - (half ? half_resolution.size() : 0));
     if (const auto quality = quality_named(of)) {
         sampling.quality = *quality;
         return sampling;
     }
     std::istringstream words(of);
-    int slices = 0, samples = 0;
     std::string by;
-    words >> slices >> by >> samples;
-    sampling.slices = slices;
-    sampling.samples = samples;
+    words >> sampling.slices.emplace() >> by >> sampling.samples.emplace();
     return sampling;
 }
 
 constexpr const char* operations[] = {"ssao", "dof", "normals"};
-
-// The storage whose rounding the depth has: a float image may come from a 16-bit buffer.
-std::string storage_of(const Tile& tile) {
-    const bool few_bits = tile.storage == Storage::uint8 || tile.camera.depth_bits.value_or(32) <= 16;
-    return to_string(few_bits ? Storage::uint16 : tile.storage);
-}
 
 } // namespace
 
@@ -81,7 +71,8 @@ const char* to_string(Operation operation) {
 MeasuredMethod cheapest_method(Operation operation, const Tile& tile, double max_error) {
     description::Check{}("operation", operation, {"ssao", "dof", "normals"});
     description::Check{}("max_error", max_error, description::tolerated_error);
-    std::vector<MeasuredMethod> list = measured_for(measured_methods(), to_string(operation), storage_of(tile));
+    const Storage rounding = is_coarse(tile) ? Storage::uint16 : tile.storage;
+    std::vector<MeasuredMethod> list = measured_for(measured_methods(), to_string(operation), to_string(rounding));
     const PixelLattice half = pixel_lattice(tile, 2);
     if (half.width == 0 || half.height == 0) // the tile is a single odd row or column
         std::erase_if(list, [](const MeasuredMethod& each) { return each.method.ends_with(half_resolution); });

@@ -6,7 +6,6 @@
 #include <fathom/ssao.hpp>
 
 #include <span>
-#include <string>
 #include <string_view>
 #include <vector>
 

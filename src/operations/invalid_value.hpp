@@ -20,17 +20,17 @@ namespace fathom {
 class InvalidValue {
 public:
     InvalidValue(const Camera& camera, Storage storage) : storage_(storage) {
-        if (storage == Storage::float32)
+        if (storage == Storage::float32) {
             bits_ = 0x7fc00000;
-        else if (storage == Storage::float16)
+        } else if (storage == Storage::float16) {
             bits_ = 0x7e00;
-        else if (const DepthForm form = depth_form(straightened(camera), storage); form.missing)
+        } else if (const DepthForm form = depth_form(straightened(camera), storage); form.missing) {
             bits_ = form.missing;
-        else
+        } else {
             used_.resize(static_cast<std::size_t>(storage_max(storage)) + 1);
-        if (!bits_)
-            if (const auto background = depth_form(straightened(camera), storage).background)
-                used_[*background] = true;
+            if (form.background)
+                used_[*form.background] = true;
+        }
     }
 
     /// Must all stored values be seen before one is written?

@@ -18,13 +18,6 @@
 namespace fathom {
 namespace {
 
-std::vector<std::byte> pixels_of(const Image& image) {
-    std::vector<std::byte> bytes(static_cast<std::size_t>(image.width()) * static_cast<std::size_t>(image.height()) *
-                                 static_cast<std::size_t>(image.channels()) * element_bytes(image.element()));
-    image.download(bytes.data());
-    return bytes;
-}
-
 // An image of its own for stored depth of the same size and type.
 StoredDepth with_own_image(const StoredDepth& stored) {
     check_stored(stored);
@@ -45,10 +38,10 @@ struct MovedValues {
     std::vector<std::byte> values, moved; // as they are stored, and as they will be
 
     // Throws: as `check_result`, for an image that cannot take the result.
-    MovedValues(const StoredDepth& stored, const Image& result) : image(stored.image), z(at(0, height)) {
+    MovedValues(const StoredDepth& stored, const Image& result) : image(stored.image) {
         check_result(stored, {"the result", result}, image.element(), layout);
-        values = pixels_of(image);
-        linearize(stored).image.download(z.data());
+        values = runtime::on_host<std::byte>(image);
+        z = runtime::on_host<float>(linearize(stored).image);
         moved = values;
     }
 
@@ -146,34 +139,21 @@ StoredDepth grow_foreground(const StoredDepth& stored, int pixels) {
     return made;
 }
 
-namespace {
-
-// A float of either sign of 0 is 0, and all that remains of an integer is whether it has a bit.
-bool is_zero(Element element, const std::byte* value) {
-    std::uint32_t bits = 0;
-    std::memcpy(&bits, value, element_bytes(element));
-    const std::uint32_t sign = element == Element::f32 ? 0x80000000 : element == Element::f16 ? 0x8000 : 0;
-    return (bits & ~sign) == 0;
-}
-
-} // namespace
-
 StoredDepth ignore_pixels(const StoredDepth& stored, const Image& ignore) {
     StoredDepth made = with_own_image(stored);
     const Image& image = stored.image;
     const int width = image.width(), height = image.height();
     require(static_cast<bool>(ignore) && ignore.width() == width && ignore.height() == height && ignore.channels() == 1,
             "ignore must have one number for each of the depth's ", width, " x ", height, " pixels");
-    std::vector<std::byte> values = pixels_of(image);
-    const std::vector<std::byte> mask = pixels_of(ignore);
+    std::vector<std::byte> values = runtime::on_host<std::byte>(image);
+    const std::vector<float> mask = runtime::floats_of(ignore);
     const HostDepth on_host{values.data(), width, height, values.size() / static_cast<std::size_t>(height),
                             stored.storage};
     InvalidValue invalid(stored.camera, stored.storage);
     invalid.see(on_host);
     invalid.settle(made.camera);
     invalid.write(values.data(), on_host, [&](int x, int y) {
-        const auto at = static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x);
-        return !is_zero(ignore.element(), &mask[at * element_bytes(ignore.element())]);
+        return mask[static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x)] != 0;
     });
     runtime::copy_from_host(values.data(), made.image);
     return made;

@@ -12,7 +12,6 @@
 #include "operations/parameters.hpp"
 #include "require.hpp"
 #include "runtime/launch.hpp"
-#include "runtime/scratch.hpp"
 
 #include <fathom/tiles.hpp>
 
@@ -35,12 +34,6 @@ void check(const StoredDepth& stored, const NormalsOptions& options) {
             "normals in the world need the camera's view matrix, and it has none");
 }
 
-// The pixel position where the third column's ray is perpendicular to the other two.
-Eigen::Matrix<long double, 2, 1> perpendicular(const Rays::Matrix& direction) {
-    const auto across = direction.leftCols<2>();
-    return -(across.transpose() * across).inverse() * across.transpose() * direction.col(2);
-}
-
 void split(float (&target)[2], long double value) {
     target[0] = static_cast<float>(value);
     target[1] = static_cast<float>(value - target[0]);
@@ -53,7 +46,9 @@ struct Columns {
 };
 
 Columns columns_of(const Rays::Matrix& direction) {
-    const Eigen::Matrix<long double, 2, 1> centre = perpendicular(direction);
+    const auto across = direction.leftCols<2>();
+    const Eigen::Matrix<long double, 2, 1> centre =
+        -(across.transpose() * across).inverse() * across.transpose() * direction.col(2);
     const Vector right = direction.col(0), down = direction.col(1);
     return {centre, right, down, direction.col(2) + right * centre.x() + down * centre.y()};
 }

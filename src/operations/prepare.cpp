@@ -29,21 +29,12 @@ float stored_value(const DepthForm& form, float t) {
 
 // The bits of one element, least significant byte first.
 std::uint32_t code(const DepthForm& form, Storage storage, float t) {
-    const auto integer = [&](int bits) { return static_cast<std::uint32_t>(t * static_cast<float>((1 << bits) - 1)); };
-    switch (storage) {
-    case Storage::float32:
+    if (storage == Storage::float32)
         return std::bit_cast<std::uint32_t>(stored_value(form, t));
-    case Storage::float16:
+    if (storage == Storage::float16)
         return std::bit_cast<std::uint16_t>(Eigen::half(stored_value(form, t)));
-    case Storage::uint8:
-        return integer(8);
-    case Storage::uint16:
-        return integer(16);
-    case Storage::uint24_high:
-        return integer(24) << 8;
-    default:
-        return integer(24);
-    }
+    const auto integer = static_cast<std::uint32_t>(t * static_cast<float>(storage_max(storage)));
+    return storage == Storage::uint24_high ? integer << 8 : integer;
 }
 
 // Where the pixel is between the least value and the largest: from the top down all of them, and from the middle on with a

@@ -28,8 +28,8 @@ void average(const Image& large, const Image& small, bool directions) {
     const auto width = static_cast<std::size_t>(small.width()), height = static_cast<std::size_t>(small.height()),
                channels = static_cast<std::size_t>(small.channels()),
                factor = static_cast<std::size_t>(large.width()) / width, row = width * factor * channels;
-    std::vector<T> pixels(row * height * factor), made(width * height * channels);
-    large.download(pixels.data());
+    const std::vector<T> pixels = runtime::on_host<T>(large);
+    std::vector<T> made(width * height * channels);
     const auto mean_at = [&](std::size_t x, std::size_t y) -> Sum {
         Sum sum = Sum::Zero(), count = Sum::Zero();
         for (std::size_t j = y * factor; j < (y + 1) * factor; ++j)

@@ -2,6 +2,7 @@
 
 #include <fathom/linearize.hpp>
 
+#include "camera/form.hpp"
 #include "camera/photograph.hpp"
 #include "operations/parameters.hpp"
 #include "require.hpp"
@@ -15,32 +16,6 @@
 
 namespace fathom {
 namespace {
-
-// Of an image of floats, halves, or codes that count from 0 to 1.
-std::vector<float> floats_of(const Image& image) {
-    std::vector<float> floats(static_cast<std::size_t>(image.width()) * static_cast<std::size_t>(image.height()) *
-                              static_cast<std::size_t>(image.channels()));
-    const auto take = [&]<typename T>(T, float largest) {
-        std::vector<T> elements(floats.size());
-        image.download(elements.data());
-        for (std::size_t i = 0; i < floats.size(); ++i)
-            floats[i] = static_cast<float>(elements[i]) / largest;
-    };
-    switch (image.element()) {
-    case Element::u8:
-        take(std::uint8_t{}, 255);
-        break;
-    case Element::u16:
-        take(std::uint16_t{}, 65535);
-        break;
-    case Element::f16:
-        take(Eigen::half{}, 1);
-        break;
-    default:
-        image.download(floats.data());
-    }
-    return floats;
-}
 
 // The same in which the background has the distance that is stored.
 StoredDepth without_background(StoredDepth stored) {
@@ -65,7 +40,7 @@ StoredDepth upsample_along_edges(const StoredDepth& stored, const Image& color) 
     require(have_same_ratio(width, height, color.width(), color.height()), "color is ", color.width(), " x ",
             color.height(), " pixels, the depth ", width, " x ", height,
             "; both must show the same, with the same ratio of width to height");
-    const std::vector<float> z = floats_of(linearize(stored).image), light = floats_of(color);
+    const std::vector<float> z = runtime::floats_of(linearize(stored).image), light = runtime::floats_of(color);
     const Layout layout{color.width(), color.height()};
     std::vector<float> fine(static_cast<std::size_t>(layout.width) * static_cast<std::size_t>(layout.height));
     const EdgeUpsampling upsampling({z.data(), width, height},
@@ -92,12 +67,12 @@ StoredDepth sharpen_edges(const StoredDepth& stored, const Image& color, const I
         check_result(stored, {"changed", changed}, Element::u8, layout);
     const bool along_axis = has_plane_in_focus(stored.camera);
     const auto distances = [&](const StoredDepth& depth) {
-        return floats_of(linearize(depth, {.as = along_axis ? Along::axis : Along::ray}).image);
+        return runtime::floats_of(linearize(depth, {.as = along_axis ? Along::axis : Along::ray}).image);
     };
     const std::vector<float> z = distances(stored);
     std::vector<float> light;
     if (color)
-        light = floats_of(color);
+        light = runtime::floats_of(color);
     std::vector<float> made = sharpened_distances(
         {z.data(), layout.width, layout.height}, stored.camera.lens || stored.camera.projection.is_perspective(),
         color ? HostFloats{light.data(), layout.width, layout.height, color.channels()} : HostFloats{}, in_threads);

@@ -88,13 +88,6 @@ std::vector<Found> find_devices(Failure* failure = nullptr) {
     return found;
 }
 
-// Its position among all devices, as `list_devices` counts them.
-int index_of(const cl::Device& device) {
-    const std::vector<Found> all = find_devices();
-    const auto found = std::ranges::find_if(all, [&](const Found& each) { return each.device() == device(); });
-    return found == all.end() ? -1 : found->info.index;
-}
-
 std::string lower(std::string value) {
     std::ranges::transform(value, value.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
     return value;
@@ -228,11 +221,7 @@ Device Device::open(const std::string& wanted, const DeviceOptions& options) {
 }
 
 Device::Device(cl_context context, cl_device_id device, cl_command_queue queue, const DeviceOptions& options) {
-    require(context && device && queue, "a Device needs a context, a device and a queue, but the ",
-            !context  ? "context"
-            : !device ? "device"
-                      : "queue",
-            " is null");
+    require(context && device && queue, "a Device needs a context, a device and a queue, and one of them is null");
     const auto join = [&] {
         const cl::Context of_context(context, true);
         const cl::Device of_device(device, true);
@@ -240,8 +229,8 @@ Device::Device(cl_context context, cl_device_id device, cl_command_queue queue, 
         require(of_queue.getInfo<CL_QUEUE_CONTEXT>() == of_context, "the queue is of another context");
         require(of_queue.getInfo<CL_QUEUE_DEVICE>() == of_device, "the queue is of another device");
         const cl::Platform platform(of_device.getInfo<CL_DEVICE_PLATFORM>());
-        state_ = make_state(runtime::context_for(of_context, of_device),
-                            describe(of_device, platform, index_of(of_device)), options, of_queue);
+        state_ = make_state(runtime::context_for(of_context, of_device), describe(of_device, platform, -1), options,
+                            of_queue);
     };
     runtime::ask_driver(join, "the device cannot be used");
 }

@@ -86,6 +86,26 @@ bool can_share(const Device& device, Element element, const void* data) {
     return device.info().cpu && reinterpret_cast<std::uintptr_t>(data) % element_bytes(element) == 0;
 }
 
+// The bytes of an image's rows, counted from an address, or from where its buffer begins.
+struct Span {
+    std::uintptr_t first;
+    std::uintptr_t width, pitch, count;
+
+    std::uintptr_t end() const { return first + (count - 1) * pitch + width; }
+};
+
+// Has any row of one a byte in common with a row of the other?
+bool rows_meet(const Span& a, const Span& b) {
+    if (a.first > b.first)
+        return rows_meet(b, a);
+    if (b.first >= a.end())
+        return false;
+    if (a.pitch != b.pitch)
+        return true; // they may not, but that is rare
+    const std::uintptr_t row = (b.first - a.first) / a.pitch, column = (b.first - a.first) % a.pitch;
+    return (row < a.count && column < a.width) || (row + 1 < a.count && column + b.width > a.pitch);
+}
+
 } // namespace
 
 std::shared_ptr<_cl_mem> runtime::shared(cl_mem buffer) {
@@ -145,21 +165,15 @@ Image::Image(const Device& device, cl_mem buffer, Element element, Layout layout
                               needed = elements(layout_);
             require(offset <= size / each && needed <= size / each - offset, "a buffer of ", size,
                     " bytes is too small: the image takes ", needed * each, " from element ", offset, " on");
-            find_place();
+            place_.offset = given.getInfo<CL_MEM_OFFSET>();
+            const cl::Memory parent = given.getInfo<CL_MEM_ASSOCIATED_MEMOBJECT>(), whole = parent() ? parent : given;
+            place_.whole = whole();
+            if (device.info().cpu && (whole.getInfo<CL_MEM_FLAGS>() & CL_MEM_USE_HOST_PTR) != 0) // of any alignment
+                place_.host = static_cast<const char*>(whole.getInfo<CL_MEM_HOST_PTR>()) + place_.offset;
         },
         "cannot use a buffer");
     require(first_byte() % element_bytes(element) == 0, "the buffer's host memory is not aligned to elements of ",
             element_bytes(element), " bytes");
-}
-
-void Image::find_place() {
-    const cl::Buffer buffer = runtime::buffer_of(*this);
-    place_.offset = buffer.getInfo<CL_MEM_OFFSET>();
-    const cl::Memory parent = buffer.getInfo<CL_MEM_ASSOCIATED_MEMOBJECT>();
-    place_.whole = parent() ? parent() : buffer();
-    const cl::Memory whole(place_.whole, true);
-    if (device_.info().cpu && (whole.getInfo<CL_MEM_FLAGS>() & CL_MEM_USE_HOST_PTR) != 0) // memory of any alignment
-        place_.host = static_cast<const char*>(whole.getInfo<CL_MEM_HOST_PTR>()) + place_.offset;
 }
 
 std::size_t Image::allocation(Element element, Layout layout) {
@@ -244,30 +258,6 @@ std::size_t Image::first_byte() const {
 bool Image::aligned_to(std::size_t alignment) const {
     return first_byte() % alignment == 0 && layout_.row_stride * element_bytes(element_) % alignment == 0;
 }
-
-namespace {
-
-// The bytes of an image's rows, counted from an address, or from where its buffer begins.
-struct Span {
-    std::uintptr_t first;
-    std::uintptr_t width, pitch, count;
-
-    std::uintptr_t end() const { return first + (count - 1) * pitch + width; }
-};
-
-// Has any row of one a byte in common with a row of the other?
-bool rows_meet(const Span& a, const Span& b) {
-    if (a.first > b.first)
-        return rows_meet(b, a);
-    if (b.first >= a.end())
-        return false;
-    if (a.pitch != b.pitch)
-        return true; // they may not, but that is rare
-    const std::uintptr_t row = (b.first - a.first) / a.pitch, column = (b.first - a.first) % a.pitch;
-    return (row < a.count && column < a.width) || (row + 1 < a.count && column + b.width > a.pitch);
-}
-
-} // namespace
 
 bool Image::overlaps(const Image& other) const {
     if (!*this || !other)

@@ -6,30 +6,16 @@
 #include "require.hpp"
 
 #include <algorithm>
-#include <array>
 #include <exception>
+#include <utility>
 
 namespace fathom::runtime {
 
 std::string bare_type(std::string_view reported) {
-    constexpr std::array<std::string_view, 6> qualifiers{"__global", "global", "__private",
-                                                         "const",    "struct", "restrict"};
-    std::string type;
-    std::string word;
-    const auto end_word = [&] {
-        if (std::ranges::find(qualifiers, word) == qualifiers.end())
-            type += word;
-        word.clear();
-    };
-    for (const char c : reported.substr(0, reported.find('\0'))) {
-        if (c == ' ' || c == '*')
-            end_word();
-        if (c == '*')
-            type += c;
-        else if (c != ' ')
-            word += c;
-    }
-    end_word();
+    std::string type(reported.substr(0, reported.find('\0')));
+    for (const std::string_view part : {"__global", "global", "__private", "const", "struct", "restrict", " "})
+        for (auto at = type.find(part); at != std::string::npos; at = type.find(part))
+            type.erase(at, part.size());
     return type;
 }
 
@@ -59,25 +45,13 @@ std::size_t group_size(const Device& device, Kernel& kernel) {
 
 namespace {
 
-void check(const Device& device, const char* what, cl_int code) {
-    if (code == CL_SUCCESS)
-        return;
-    clFinish(device.queue()); // as `ask` does
-    throw Error(text(device.info().name, " refused ", what, ": OpenCL returned ", in_words(code)));
-}
-
 // Drivers differ in what they do with an event that has failed: PoCL waits for ever.
-void check_event(const Device& device, cl_event event) {
-    require(event != nullptr, "Launch::wait holds a null event");
-    cl_context context = nullptr;
-    cl_int status = CL_COMPLETE;
-    check(device, "an event to wait for", clGetEventInfo(event, CL_EVENT_CONTEXT, sizeof(context), &context, nullptr));
-    require(context == device.context(), "Launch::wait holds an event of another context than ", device.info().name,
-            "'s");
-    check(device, "an event to wait for",
-          clGetEventInfo(event, CL_EVENT_COMMAND_EXECUTION_STATUS, sizeof(status), &status, nullptr));
-    if (status < 0)
-        throw Error(text("Launch::wait holds an event that has failed: its status is ", status));
+void check_event(const Device& device, const cl::Event& event) {
+    require(event() != nullptr, "Launch::wait holds a null event");
+    require(event.getInfo<CL_EVENT_CONTEXT>() == context_of(device),
+            "Launch::wait holds an event of another context than ", device.info().name, "'s");
+    const cl_int status = event.getInfo<CL_EVENT_COMMAND_EXECUTION_STATUS>();
+    require<Error>(status >= 0, "Launch::wait holds an event that has failed: its status is ", status);
 }
 
 } // namespace
@@ -85,19 +59,26 @@ void check_event(const Device& device, cl_event event) {
 Launched::Launched(const Device& device, const Launch& launch)
     : device_(device), event_(launch.event), exceptions_(std::uncaught_exceptions()) {
     check_thread();
-    const cl_command_queue own = device.queue();
-    require(!launch.queue || launch.queue == own,
+    require(!launch.queue || launch.queue == device.queue(),
             "Launch::queue is not the queue of the images' device; leave it null, or make a Device of that queue");
-    for (const cl_event event : launch.wait)
-        check_event(device, event);
-    if (!launch.wait.empty())
-        check(device, "the events to wait for",
-              clEnqueueBarrierWithWaitList(own, static_cast<cl_uint>(launch.wait.size()), launch.wait.data(), nullptr));
+    if (launch.wait.empty())
+        return;
+    const auto wait = [&] {
+        std::vector<cl::Event> events;
+        for (const cl_event event : launch.wait)
+            check_event(device, events.emplace_back(event, true));
+        queue_of(device).enqueueBarrierWithWaitList(&events);
+    };
+    ask(device, wait, "refused the events to wait for");
 }
 
 void Launched::done() const {
-    if (event_)
-        check(device_, "an event", clEnqueueMarkerWithWaitList(device_.queue(), 0, nullptr, event_));
+    if (!event_)
+        return;
+    cl::Event made;
+    const auto mark = [&] { queue_of(device_).enqueueMarkerWithWaitList(nullptr, &made); };
+    ask(device_, mark, "refused an event");
+    *event_ = std::exchange(made(), nullptr); // which the caller releases
 }
 
 Launched::~Launched() {

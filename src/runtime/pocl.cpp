@@ -11,16 +11,12 @@
 #include <cerrno>
 #include <chrono>
 #include <cstdlib>
-#include <fstream>
 #include <sstream>
 #include <system_error>
 #include <thread>
 
 #include <fcntl.h>
-#include <spawn.h>
 #include <sys/resource.h>
-#include <sys/stat.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
 namespace fathom::runtime {
@@ -97,12 +93,6 @@ bool has_usual_folder() {
     return refusal == 0 || refusal == EFBIG;
 }
 
-bool is_private(const fs::path& folder) {
-    struct stat found {};
-    return stat(folder.c_str(), &found) == 0 && S_ISDIR(found.st_mode) && found.st_uid == geteuid() &&
-           (found.st_mode & (S_IRWXG | S_IRWXO)) == 0;
-}
-
 /// A folder that goes when the process that made it ends.
 class FolderOfProcess;
 std::atomic<const FolderOfProcess*> folder_of_process = nullptr;
@@ -144,50 +134,12 @@ private:
     pid_t process_ = getpid();
 };
 
-fs::path other_folder() {
-    if (const fs::path runtime = variable("XDG_RUNTIME_DIR"); is_private(runtime))
-        if (const fs::path folder = runtime / "pocl/kcache"; refusal_to_write(folder) == 0)
-            return folder;
-    static const FolderOfProcess own;
-    return own.path();
-}
-
-/// Does a linker work? It does if it says its version. The program that the system's package installs is taken to work, since to
-/// run it takes as long as a small image.
-bool works(const fs::path& linker) {
-    std::string magic(4, ' ');
-    std::error_code failure;
-    if (fs::canonical(linker, failure).parent_path() == "/usr/bin" &&
-        std::ifstream(linker, std::ios::binary).read(magic.data(), 4) &&
-        magic == "\x7f"
-                 "ELF")
-        return true;
-    posix_spawn_file_actions_t quiet;
-    posix_spawn_file_actions_init(&quiet);
-    for (const int stream : {STDOUT_FILENO, STDERR_FILENO})
-        posix_spawn_file_actions_addopen(&quiet, stream, "/dev/null", O_WRONLY, 0);
-    std::string name = linker.string(), option = "--version";
-    char* const arguments[] = {name.data(), option.data(), nullptr};
-    pid_t process = 0;
-    int status = -1;
-    const bool ran = posix_spawn(&process, name.c_str(), &quiet, nullptr, arguments, environ) == 0 &&
-                     waitpid(process, &status, 0) == process;
-    posix_spawn_file_actions_destroy(&quiet);
-    return ran && WIFEXITED(status) && WEXITSTATUS(status) == 0;
-}
-
-/// What is wrong with the linker; empty where nothing is.
-const std::string& linker_refusal() {
-    static const std::string refusal = []() -> std::string {
-        std::istringstream folders(variable("PATH"));
-        for (std::string folder; std::getline(folders, folder, ':');)
-            if (const fs::path file = fs::path(folder) / "ld";
-                access(file.c_str(), X_OK) == 0 && !fs::is_directory(file))
-                return works(file) ? ""
-                                   : text("the linker, ", file.string(), ", fails when it is asked for its version");
-        return "there is no linker: no folder of PATH holds \"ld\"";
-    }();
-    return refusal;
+bool has_linker() {
+    std::istringstream folders(variable("PATH"));
+    for (std::string folder; std::getline(folders, folder, ':');)
+        if (const fs::path file = fs::path(folder) / "ld"; access(file.c_str(), X_OK) == 0 && !fs::is_directory(file))
+            return true;
+    return false;
 }
 
 } // namespace
@@ -203,8 +155,10 @@ PoclFolder::PoclFolder() {
     else if (own)
         return;
     static const bool usual = has_usual_folder();
-    if (!usual && given_folder().empty())
-        given_folder() = other_folder();
+    if (!usual && given_folder().empty()) {
+        static const FolderOfProcess own;
+        given_folder() = own.path();
+    }
     is_given_ = !given_folder().empty();
     if (is_given_)
         setenv("POCL_CACHE_DIR", given_folder().c_str(), 1);
@@ -226,8 +180,10 @@ void check_pocl_folder(const std::string& file, bool has_failed) {
 }
 
 void check_linker() {
-    if (const std::string& refusal = linker_refusal(); !refusal.empty())
-        throw NoDevice("PoCL compiles no kernel, since " + refusal + "; install the package binutils");
+    static const bool found = has_linker();
+    if (!found)
+        throw NoDevice("PoCL compiles no kernel, since there is no linker: no folder of PATH holds \"ld\"; install the "
+                       "package binutils");
 }
 
 } // namespace fathom::runtime

@@ -8,8 +8,8 @@
 namespace fathom::runtime {
 
 /// Lets PoCL keep what it compiles where nobody else can write, if POCL_CACHE_DIR is not set and the folder that PoCL would
-/// take cannot be used: below $XDG_RUNTIME_DIR, or in a folder of this process that is removed at its end. It is there while
-/// drivers are asked for their devices, which is when PoCL reads POCL_CACHE_DIR. No other process inherits that.
+/// take cannot be used: in a folder of this process that is removed at its end. It is there while drivers are asked for their
+/// devices, which is when PoCL reads POCL_CACHE_DIR. No other process inherits that.
 class PoclFolder {
 public:
     PoclFolder();
@@ -38,7 +38,7 @@ PoclRefusal pocl_refusal();
 /// it cannot write at all, once a build has failed.
 void check_pocl_folder(const std::string& file, bool has_failed);
 
-/// Throws: NoDevice if there is no linker that works, without which PoCL would end the process.
+/// Throws: NoDevice if there is no linker, without which PoCL would end the process.
 void check_linker();
 
 } // namespace fathom::runtime

@@ -3,6 +3,7 @@
 #include "runtime/probe.hpp"
 
 #include "runtime/launch.hpp"
+#include "runtime/scratch.hpp"
 #include "text.hpp"
 
 #include <fathom/image.hpp>
@@ -144,8 +145,7 @@ Results<Number> found_by(const Device& device, const Cases<Number>& cases) {
     launch(device, kernel(device, is_float ? "arithmetic" : "arithmetic_fp64", {{"V", width}, {"STREAM", 0}}),
            {static_cast<std::size_t>(count / width), 1}, a, b, c, results,
            params::probe_params{static_cast<params::u32>(count)});
-    std::vector<Number> values(cases.a.size() * 7);
-    results.download(values.data());
+    const std::vector<Number> values = on_host<Number>(results);
     const auto row = [&](int index) {
         const auto first = values.begin() + std::ptrdiff_t{index} * count;
         return std::vector<Number>(first, first + count);

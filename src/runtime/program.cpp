@@ -25,13 +25,9 @@ std::string file_of(const std::string& kernel) {
 void append(std::string& source, const std::string& file, std::set<std::string>& included) {
     if (!included.insert(file).second)
         return;
-    const auto found = fathom_kernel_files().find(file);
-    if (found == fathom_kernel_files().end())
-        throw Error(text("no kernel file named ", file, " is built in"));
-
     const std::string path = text("\"kernels/", file, "\"\n");
     source += "#line 1 " + path;
-    std::istringstream lines(found->second);
+    std::istringstream lines(fathom_kernel_files().at(file)); // the build of the library has found every include
     std::string line;
     for (int number = 1; std::getline(lines, line); ++number) {
         constexpr std::string_view include = "#include \"";
@@ -56,26 +52,6 @@ std::string build_options(const Defines& defines, bool correct_rounding) {
     return options;
 }
 
-} // namespace
-
-std::string assembled_source(const std::string& file) {
-    std::string source;
-    std::set<std::string> included;
-    append(source, file, included);
-    return source;
-}
-
-namespace {
-
-// A driver's own message, or what it says instead.
-std::string build_log(const cl::Program& program, const cl::Device& device) {
-    try {
-        return program.getBuildInfo<CL_PROGRAM_BUILD_LOG>(device);
-    } catch (const cl::Error&) {
-        return "(the driver gives no log)";
-    }
-}
-
 // False where the driver's compiler refuses a program.
 bool builds(const cl::Program& program, const cl::Device& device, const std::string& options) {
     try {
@@ -88,14 +64,20 @@ bool builds(const cl::Program& program, const cl::Device& device, const std::str
     }
 }
 
-// With these Clang's header opencl-c.h is empty, and kernels/builtins.h has what kernels call of it. PoCL reads that header for
-// every program; a version of it that takes this for an error gets the program without them.
-constexpr const char* own_builtins = " -D_OPENCL_H_ -DBUILTINS";
-
 } // namespace
+
+std::string assembled_source(const std::string& file) {
+    std::string source;
+    std::set<std::string> included;
+    append(source, file, included);
+    return source;
+}
 
 Build build(const cl::Context& context, const cl::Device& device, const std::string& file, const std::string& options,
             bool pocl) {
+    // With these Clang's header opencl-c.h is empty, and kernels/builtins.h has what kernels call of it. PoCL reads that header
+    // for every program; a version of it that takes this for an error gets the program without them.
+    constexpr const char* own_builtins = " -D_OPENCL_H_ -DBUILTINS";
     const cl::Program program(context, assembled_source(file));
     return {program, (pocl && builds(program, device, options + own_builtins)) || builds(program, device, options)};
 }
@@ -119,7 +101,7 @@ const cl::Program& program(const Device& device, const std::string& file, const 
     if (!succeeded) {
         if (pocl)
             check_pocl_folder(file, true);
-        const std::string log = build_log(built, context.device);
+        const auto log = built.getBuildInfo<CL_PROGRAM_BUILD_LOG>(context.device);
         if (log.find("unknown target CPU 'generic'") != std::string::npos)
             throw NoDevice(text(device.info().name, " compiles nothing, since its driver (", device.info().version,
                                 ") is too old to know this processor; install PoCL 3.1 or later, or let "

@@ -2,6 +2,8 @@
 
 #include "runtime/scratch.hpp"
 
+#include <Eigen/Core>
+
 #include <algorithm>
 #include <array>
 
@@ -86,6 +88,28 @@ Image Scratch::image(Element element, Layout layout) {
 
 Image Scratch::image_in(const Image& memory, Element element, Layout layout) const {
     return Image(device_, shared(memory.buffer()), element, layout);
+}
+
+std::vector<float> floats_of(const Image& image) {
+    const auto divided = [&]<typename T>(T largest) {
+        const std::vector<T> elements = on_host<T>(image);
+        std::vector<float> floats(elements.size());
+        std::ranges::transform(elements, floats.begin(),
+                               [&](T each) { return static_cast<float>(each) / static_cast<float>(largest); });
+        return floats;
+    };
+    switch (image.element()) {
+    case Element::u8:
+        return divided(std::uint8_t{255});
+    case Element::u16:
+        return divided(std::uint16_t{65535});
+    case Element::f16:
+        return divided(Eigen::half(1));
+    case Element::u32:
+        return divided(std::uint32_t{1});
+    default:
+        return on_host<float>(image);
+    }
 }
 
 void copy(const Image& from, const Image& to) {

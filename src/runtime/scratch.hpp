@@ -2,6 +2,8 @@
 
 #include "runtime/state.hpp"
 
+#include <vector>
+
 namespace fathom::runtime {
 
 /// Images that an operation needs between its passes. Their memory goes back to the device's pool when this goes out of
@@ -27,6 +29,19 @@ private:
     Device device_;
     std::list<ScratchBuffer> used_;
 };
+
+/// An image's elements on the host, whose rows lie without a gap. Waits for the device.
+template <typename Value>
+std::vector<Value> on_host(const Image& image) {
+    const auto pixels = static_cast<std::size_t>(image.width()) * static_cast<std::size_t>(image.height());
+    std::vector<Value> values(pixels * static_cast<std::size_t>(image.channels()) * element_bytes(image.element()) /
+                              sizeof(Value));
+    image.download(values.data());
+    return values;
+}
+
+/// Its numbers there: codes of 8 and of 16 bits are parts of the largest one.
+std::vector<float> floats_of(const Image& image);
 
 /// Copies an image to another one of its size and type.
 void copy(const Image& from, const Image& to);

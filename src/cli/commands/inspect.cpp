@@ -4,7 +4,6 @@
 #include "io/cameras/camera_formats.hpp"
 #include "io/floats_on_host.hpp"
 
-#include <fathom/dof.hpp>
 #include <fathom/doubts.hpp>
 #include <fathom/error.hpp>
 #include <fathom/findings.hpp>
@@ -159,11 +158,8 @@ ordered_json as_json(const Camera& camera, const LensFindings& found) {
         fold = {{"angle_deg", found.fold->angle * 180 / std::numbers::pi},
                 {"radius", found.fold->radius},
                 {"coefficient", found.fold->coefficient}};
-    ordered_json keys = {
+    return {
         {"model", to_string(camera.lens->law)}, {"no_ray", found.no_ray}, {"too_steep", found.steep}, {"fold", fold}};
-    if (found.between_pixels_px)
-        keys["between_pixels_px"] = *found.between_pixels_px;
-    return keys;
 }
 
 ordered_json as_json(const CameraFindings& found) {
@@ -280,11 +276,6 @@ void print_lens(const Camera& camera, const LensFindings& found) {
     if (found.steep)
         print_row("too steep",
                   fmt::format("{} pixels: more than 89° from the axis, along which depth counts", found.steep));
-    if (found.between_pixels_px)
-        print_row("between pixels", fmt::format("rays are {:.2g} pixels off at most", *found.between_pixels_px));
-    if (camera.lens->law == LensLaw::brown)
-        print_row("circles", fmt::format("{:.2g} % off in shape at most, of which dof takes {:.0f} %",
-                                         100 * circle_deformation(camera), 100 * dof_shape_error));
     if (found.fold)
         print_row("fold",
                   fmt::format("{:.4g}° from the axis, at a radius of {:.4g}; {} bends it most",

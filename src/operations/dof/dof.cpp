@@ -134,20 +134,16 @@ bool looks_behind(const DofOptions& options) {
 struct Blur {
     Device device;
     params::blur_params p;
-    int channels, element, vector_width;
-    Quality quality;
+    int element, vector_width;
     bool clean_plate, looks_behind;
-    Aperture aperture;
-    float aspect; // of a circle: its height over its width
-    bool upright;
-    std::size_t layer_bytes;     // that a layer's own passes may take, twice
+    LayerPlanOptions plan;
     bool alone = true;           // is there one band only?
     std::size_t image_bytes = 0; // of the images below
     Image planes = {}, state = {}, tiles = {};
     Image blocks = {}, hiding = {}; // where what lies behind is looked for
 
     runtime::Kernel& kernel(const char* name, runtime::Defines defines, bool stream = false) const {
-        defines.insert(defines.end(), {{"V", vector_width}, {"STREAM", stream}, {"CHANNELS", channels}});
+        defines.insert(defines.end(), {{"V", vector_width}, {"STREAM", stream}, {"CHANNELS", plan.channels}});
         return runtime::kernel(device, name, defines);
     }
     template <typename... Arguments>
@@ -156,7 +152,7 @@ struct Blur {
         runtime::launch(device, kernel(name, defines), range, arguments...);
     }
     bool behind() const { return clean_plate || looks_behind; } // have pixels a second surface?
-    bool accurate() const { return quality == Quality::accurate; }
+    bool accurate() const { return plan.quality == Quality::accurate; }
     std::size_t vectors(u32 columns) const { return columns / static_cast<u32>(vector_width); }
     int across() const { return static_cast<int>(p.columns) / params::dof_tile_columns; }
     int hiding_across() const { return static_cast<int>(p.columns) / params::dof_hiding_columns; }
@@ -207,11 +203,8 @@ int words_of(int tiles_across, int tiles_down) {
 
 // Of the first surfaces; or, for tiles of dof_hiding_columns, of what hides something and of what that hides.
 std::vector<TileBits> tile_bits(const Blur& blur, const Image& tiles, int across, bool hiding) {
-    const auto columns = static_cast<std::size_t>(across), rows = static_cast<std::size_t>(blur.down());
-    blur.launch("dof_tiles", {{"HIDING", hiding}}, {columns, rows}, blur.planes, tiles, blur.p);
-    std::vector<TileBits> bits(columns * rows);
-    tiles.region(0, 0, words_of(across, blur.down()), 1).download(bits.data());
-    return bits;
+    blur.launch("dof_tiles", {{"HIDING", hiding}}, range_of(across, blur.down()), blur.planes, tiles, blur.p);
+    return runtime::on_host<TileBits>(tiles.region(0, 0, words_of(across, blur.down()), 1));
 }
 
 // Gives every pixel its second surface: what lies behind it.
@@ -220,7 +213,7 @@ void look_behind(const Blur& blur, int farthest) {
     const params::behind_params b{.block_columns = blur.p.columns / side,
                                   .block_rows = blur.p.rows / side,
                                   .farthest = static_cast<float>(farthest),
-                                  .vertical = 1 / blur.aspect,
+                                  .vertical = 1 / static_cast<float>(blur.plan.aspect),
                                   .most = guess_px};
     runtime::Scratch scratch(blur.device); // what a layer's passes hand to one another may take it again
     const Image inner = scratch.image(Element::f32, {static_cast<int>(blur.p.stride), static_cast<int>(blur.p.rows)});
@@ -238,7 +231,7 @@ DofMasksOptions circle_options(const DofOptions& options) {
 void cut_into_planes(const Blur& blur, const StoredDepth& stored, const Image& color, const CircleOfConfusion& coc,
                      const DofOptions& options, bool clean_plate) {
     const params::blur_params& p = blur.p;
-    const int surface = clean_plate ? (1 + blur.channels) * static_cast<int>(p.rows) : 0;
+    const int surface = clean_plate ? (1 + blur.plan.channels) * static_cast<int>(p.rows) : 0;
     const Image circles =
         blur.planes.region(params::dof_margin + static_cast<int>(p.left), surface + static_cast<int>(p.top),
                            stored.image.width(), stored.image.height());
@@ -269,7 +262,7 @@ std::vector<TileBits> cut_into_surfaces(const Blur& blur, const StoredDepth& sto
 }
 
 void clear(const Blur& blur) {
-    const int planes = state_planes(blur.channels, blur.quality);
+    const int planes = state_planes(blur.plan.channels, blur.plan.quality);
     runtime::launch(blur.device,
                     blur.kernel("dof_clear", {{"PLANES", planes}, {"WIDE", !blur.accurate()}},
                                 worth_streaming(blur.state, blur.vector_width)),
@@ -334,7 +327,7 @@ void run(const Blur& blur, const LayerPlan& plan, Behind behind) {
         return runtime::table(blur.device, element, values).on(blur.device);
     };
     const auto halves =
-        blur.accurate() ? aperture_halves(blur.aperture, blur.upright) : std::vector<std::array<float, 4>>(1);
+        blur.accurate() ? aperture_halves(blur.plan.aperture, blur.plan.upright) : std::vector<std::array<float, 4>>(1);
     PassImages images{.lists = table(Element::u32, plan.lists),
                       .starts = table(Element::u32, plan.starts),
                       .spans = table(Element::f32, plan.spans),
@@ -346,15 +339,14 @@ void run(const Blur& blur, const LayerPlan& plan, Behind behind) {
         return scratch.image(Element::f32, {row, static_cast<int>((count + row - 1) / row) + 1});
     };
     // What each band needs differs. With as much for all of them, the pool keeps no other sizes.
-    const auto room = [&](std::size_t needed, std::size_t budget) {
-        return floats(blur.alone || needed == 1 ? needed : std::max(needed, budget));
+    const auto room = [&](std::size_t needed) {
+        return floats(blur.alone || needed == 1 ? needed : std::max(needed, blur.plan.most_floats));
     };
-    const std::size_t most = blur.layer_bytes / sizeof(float);
     const std::size_t needed = std::max(plan.strip_elements, plan.cell_elements);
     check_budget(blur.device, {static_cast<int>(blur.p.width), static_cast<int>(blur.p.height)}, blur.image_bytes,
                  sizeof(float) * needed);
-    images.strips = room(needed, most);
-    images.cell_sums = room(plan.cell_elements, most);
+    images.strips = room(needed);
+    images.cell_sums = room(plan.cell_elements);
     for (const LayerPass& pass : plan.passes)
         if (pass.cell > 1)
             lay_cells(blur, pass, images, behind);
@@ -364,7 +356,7 @@ void run(const Blur& blur, const LayerPlan& plan, Behind behind) {
 
 // Blurs the rows that belong to the state, of an image that holds what they need besides.
 void blur_band(Blur call, const StoredDepth& stored, const Image& color, const Image& result,
-               const CircleOfConfusion& coc, const DofOptions& options, LayerPlanOptions plan) {
+               const CircleOfConfusion& coc, const DofOptions& options) {
     clear(call);
     std::vector<TileBits> tiles = cut_into_surfaces(call, stored, color, coc, options);
     if (!any_with(tiles, area_bit))
@@ -379,6 +371,7 @@ void blur_band(Blur call, const StoredDepth& stored, const Image& color, const I
     const auto across = static_cast<std::ptrdiff_t>(call.across());
     const auto first = made.begin() + across * (call.p.state_row / params::dof_tile_rows);
     std::fill(first, first + across * (call.state_rows() / params::dof_tile_rows), 1);
+    LayerPlanOptions& plan = call.plan;
     const auto lay = [&](Behind behind) { run(call, layer_plan(tiles, call.across(), plan), behind); };
     plan.only = made;
     if (call.accurate()) { // keeps parts of the lens where something hidden is seen, and there only
@@ -453,25 +446,25 @@ void blur_circles(const StoredDepth& stored, const Image& color, const Image& re
                   const DofOptions& options, double widest) {
     const Device& device = stored.image.device();
     const DofBytes allowed = dof_bytes(device.options().memory_budget);
-    const Quality quality = std::get<Quality>(options.quality);
     const LayerScale scale = scale_of(options);
     const params::blur_params whole = blur_parameters(stored, scale, options);
-    const int channels = color.channels();
+    const float aspect = aspect_of(stored.camera);
     Blur call{.device = device,
               .p = whole,
-              .channels = channels,
               .element = element_define(color.element()),
               .vector_width = device.options().vector_width,
-              .quality = quality,
               .clean_plate = options.clean_plate.has_value(),
               .looks_behind = looks_behind(options),
-              .aperture = options.aperture,
-              .aspect = aspect_of(stored.camera),
-              .upright = stored.camera.rows == Rows::top_down,
-              .layer_bytes = allowed.layer};
+              .plan = {.aperture = options.aperture,
+                       .scale = scale,
+                       .aspect = static_cast<double>(aspect),
+                       .upright = stored.camera.rows == Rows::top_down,
+                       .quality = std::get<Quality>(options.quality),
+                       .channels = color.channels(),
+                       .most_floats = allowed.layer / sizeof(float)}};
     constexpr int tile_rows = params::dof_tile_rows;
-    const PlaneCounts counts = plane_counts(channels, options);
-    const RowNeeds rows_of_tiles = rows_of(whole, counts, call.aspect, pixels_beyond(options, widest));
+    const PlaneCounts counts = plane_counts(color.channels(), options);
+    const RowNeeds rows_of_tiles = rows_of(whole, counts, aspect, pixels_beyond(options, widest));
     const std::vector<Band> all = bands(rows_of_tiles, allowed.band);
     call.alone = all.size() == 1;
     const int read = most_read(all), made = most_made(all);
@@ -485,13 +478,6 @@ void blur_circles(const StoredDepth& stored, const Image& color, const Image& re
 
     runtime::Scratch scratch(device);
     take_images(call, scratch, counts, read, made);
-    const LayerPlanOptions plan{.aperture = options.aperture,
-                                .scale = scale,
-                                .aspect = static_cast<double>(call.aspect),
-                                .upright = call.upright,
-                                .quality = quality,
-                                .channels = channels,
-                                .most_floats = allowed.layer / sizeof(float)};
     const auto top = static_cast<int>(whole.top), height = stored.image.height();
     for (const Band& band : all) {
         const int first = std::max(tile_rows * band.first - top, 0),
@@ -505,7 +491,7 @@ void blur_circles(const StoredDepth& stored, const Image& color, const Image& re
         call.p.state_row = to_u32(tile_rows * (band.begin - band.first));
         call.p.state_plane = whole.stride * to_u32(tile_rows * (band.end - band.begin));
         call.p.areas = call.p.plane * to_u32(counts.surfaces - 1);
-        blur_band(call, here, part(color), part(result), coc, here_options, plan);
+        blur_band(call, here, part(color), part(result), coc, here_options);
     }
 }
 

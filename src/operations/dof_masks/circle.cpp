@@ -84,13 +84,4 @@ float inverse_transition(const DofMasksOptions& options) {
         std::min(1 / static_cast<Real>(options.transition_px), static_cast<Real>(std::numeric_limits<float>::max())));
 }
 
-runtime::Defines circle_defines(const DepthForm& form, const CircleOfConfusion& circle, const Rays& rays,
-                                const StoredDepth& stored, int vector_width, bool stream) {
-    runtime::Defines defines = decoder_defines(form, rays, stored.storage, vector_width, stream);
-    defines.emplace_back("CIRCLE", static_cast<int>(circle_form(form, circle)));
-    defines.emplace_back("TELECENTRIC", circle.telecentric);
-    defines.emplace_back("PLANE_IN_FOCUS", has_plane_in_focus(stored.camera));
-    return defines;
-}
-
 } // namespace fathom

@@ -70,7 +70,10 @@ struct CircleKernel {
                 const More&... more) const {
         const Device& device = stored.image.device();
         const Arithmetic arithmetic = device.options().arithmetic;
-        runtime::Defines all = lens.with_lens(circle_defines(form, coc, view, stored, vector_width, stream));
+        runtime::Defines all = lens.with_lens(decoder_defines(form, view, stored.storage, vector_width, stream));
+        all.insert(all.end(), {{"CIRCLE", static_cast<int>(circle_form(form, coc))},
+                               {"TELECENTRIC", coc.telecentric},
+                               {"PLANE_IN_FOCUS", has_plane_in_focus(stored.camera)}});
         all.insert(all.end(), defines.begin(), defines.end());
         lens.launch(device, runtime::kernel(device, name, all), range, stored.image, result, more...,
                     grid_parameters(stored, result, 0, stored.image.width()),
@@ -136,9 +139,7 @@ float widest_coc(const StoredDepth& stored, const CircleOfConfusion& circle, con
     const Image rows = scratch.image(Element::f32, {stored.image.height(), 1});
     CircleKernel(stored, form, circle, options)
         .launch("dof_largest", {}, false, {static_cast<std::size_t>(stored.image.height()), 1}, rows);
-    std::vector<float> largest(static_cast<std::size_t>(stored.image.height()));
-    rows.download(largest.data());
-    return std::ranges::max(largest);
+    return std::ranges::max(runtime::on_host<float>(rows));
 }
 
 void dof_masks(const StoredDepth& stored, const DofMasks& results, const CircleOfConfusion& circle,

@@ -3,7 +3,6 @@
 #include "camera/circle_form.hpp"
 #include "operations/bands.hpp"
 #include "params.h"
-#include "runtime/launch.hpp"
 
 #include <fathom/camera.hpp>
 #include <fathom/device.hpp>
@@ -21,10 +20,6 @@ params::circle_params circle_parameters(const DepthForm& form, const CircleOfCon
 
 /// 1 / transition_px; the largest float for a transition of 0.
 float inverse_transition(const DofMasksOptions& options);
-
-/// What a kernel that includes circle.h is built for, without its lens.
-runtime::Defines circle_defines(const DepthForm& form, const CircleOfConfusion& circle, const Rays& rays,
-                                const StoredDepth& stored, int vector_width, bool stream);
 
 /// Bytes that the passes below take for these pixels of a camera's image, with weights of so many rows of blocks.
 std::size_t near_field_bytes(const Region& pixels, const DofMasksOptions& options, int rows_of_blocks);

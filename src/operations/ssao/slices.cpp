@@ -158,7 +158,7 @@ private:
 SliceTable slice_table(const Counts& counts, int largest_radius, double falloff, std::uint32_t seed,
                        PlaneLayout place) {
     const int slices = counts.slices;
-    SliceTable table{.slices = slices, .samples = counts.samples, .levels = 1, .taps = {}, .turns = {}, .counts = {0}};
+    SliceTable table{.slices = slices, .levels = 1, .taps = {}, .turns = {}, .counts = {0}};
     while (std::exp2(table.levels / 2.0) < largest_radius)
         ++table.levels;
     const Maker maker(counts, falloff, seed, place);

@@ -17,7 +17,6 @@ struct Counts {
 /// Where the pixels of each of the 16 jitter patterns are sampled, as kernels/ssao/ssao.cl reads it.
 struct SliceTable {
     int slices;
-    int samples;
     int levels; ///< radii of 2^(level/2) pixels, from 1 to `levels`
     /// [level − 1][pattern][slice][side][sample]. Before the samples that `counts` counts stands the pixel itself, behind them
     /// one more sample.

@@ -29,11 +29,10 @@ std::shared_ptr<const DeviceSlices> slices_on(const Device& device, const SliceK
         const SliceTable table =
             slice_table({key.slices, key.samples, key.jitter, std::bit_cast<double>(key.growth)}, key.largest_radius,
                         std::bit_cast<double>(key.falloff), key.seed, key.place);
-        return std::make_shared<const DeviceSlices>(
-            DeviceSlices{{table.slices, table.samples, table.levels, {}, {}, {}},
-                         runtime::table(device, Element::f32, table.taps),
-                         runtime::table(device, Element::f32, table.turns),
-                         runtime::table(device, Element::u32, table.counts)});
+        return std::make_shared<const DeviceSlices>(DeviceSlices{{table.slices, table.levels, {}, {}, {}},
+                                                                 runtime::table(device, Element::f32, table.taps),
+                                                                 runtime::table(device, Element::f32, table.turns),
+                                                                 runtime::table(device, Element::u32, table.counts)});
     });
 }
 

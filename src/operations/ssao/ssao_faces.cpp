@@ -254,8 +254,7 @@ private:
         runtime::launch(
             device_, runtime::kernel(device_, "nearest_tiles", {{"V", device_.options().vector_width}, {"STREAM", 0}}),
             {static_cast<std::size_t>(found.columns), static_cast<std::size_t>(found.rows)}, depth, nearest, grid);
-        found.values.resize(static_cast<std::size_t>(found.columns) * static_cast<std::size_t>(found.rows));
-        nearest.download(found.values.data());
+        found.values = runtime::on_host<float>(nearest);
         return found;
     }
 

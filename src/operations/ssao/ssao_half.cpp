@@ -138,6 +138,22 @@ WholeBlocks chosen_blocks(Call& call, const Image& depth, const HalfResolution& 
     return {blocks, chosen};
 }
 
+// Of the radius and the rays that the occlusion kernels have.
+params::silhouette_params silhouette_parameters(const params::occlusion_params& occlusion, Quality quality) {
+    const auto step = [&](int i) {
+        return Eigen::Vector3f(occlusion.step[0][i], occlusion.step[1][i], occlusion.step[2][i]);
+    };
+    const Eigen::Vector3f steps[] = {step(0), step(1), step(0) + step(1), step(0) - step(1)};
+    params::silhouette_params p{};
+    std::ranges::transform(steps, std::begin(p.step), [](const Eigen::Vector3f& each) { return each.norm(); });
+    p.directions = quality == Quality::fast ? 2 : 4;
+    p.least = static_cast<float>(silhouette_least) * occlusion.radius;
+    p.most = static_cast<float>(silhouette_most) * occlusion.radius;
+    p.farther = static_cast<float>(silhouette_step) * occlusion.radius;
+    p.reach = p.most / *std::ranges::min_element(p.step);
+    return p;
+}
+
 constexpr float followed_to_crease = 1.5f; ///< pixels
 
 } // namespace
@@ -184,28 +200,7 @@ void occlude(Workspace& workspace, const StoredDepth& stored, double radius, con
     half_resolution(few, depth, results);
 }
 
-// Thickness from the silhouette's width: one pass of kernels/ssao/silhouette.cl.
-
-namespace {
-
-// Of the radius and the rays that the occlusion kernels have.
-params::silhouette_params silhouette_parameters(const params::occlusion_params& occlusion, Quality quality) {
-    const auto step = [&](int i) {
-        return Eigen::Vector3f(occlusion.step[0][i], occlusion.step[1][i], occlusion.step[2][i]);
-    };
-    const Eigen::Vector3f steps[] = {step(0), step(1), step(0) + step(1), step(0) - step(1)};
-    params::silhouette_params p{};
-    std::ranges::transform(steps, std::begin(p.step), [](const Eigen::Vector3f& each) { return each.norm(); });
-    p.directions = quality == Quality::fast ? 2 : 4;
-    p.least = static_cast<float>(silhouette_least) * occlusion.radius;
-    p.most = static_cast<float>(silhouette_most) * occlusion.radius;
-    p.farther = static_cast<float>(silhouette_step) * occlusion.radius;
-    p.reach = p.most / *std::ranges::min_element(p.step);
-    return p;
-}
-
-} // namespace
-
+// One pass of kernels/ssao/silhouette.cl.
 Image silhouette_thickness(runtime::Scratch& scratch, const Image& depth, const Tile& stored, bool perspective,
                            const params::occlusion_params& occlusion, const Sampling& sampling,
                            const WholeBlocks& blocks) {

@@ -94,13 +94,6 @@ Region region_of(const StoredDepth& stored, const SsaoOptions& options) {
 
 // Constants of the kernels of ssao, and how the planes lie that they share.
 
-namespace {
-
-// Widths of a pixel that a neighbour may lie off the tangent plane and still be of the same surface.
-constexpr float filter_edge = 0.5f;
-
-} // namespace
-
 params::split_params split_parameters(const PixelLattice& lattice) {
     const int columns = ((lattice.width + (lattice.camera_x & 3) + 3) / 4 + 15) / 16 * 16;
     const int rows = (lattice.height + (lattice.camera_y & 3) + 3) / 4;
@@ -144,7 +137,7 @@ params::occlusion_params occlusion_parameters(const Camera& camera, const Centre
     p.error_linear = error.linear * times;
     p.error_quadratic = error.quadratic * times;
     p.pixel = static_cast<float>(std::sqrt(moving.leftCols<2>().squaredNorm() / 2));
-    p.edge = filter_edge;
+    p.edge = 0.5f; // widths of a pixel that a neighbour may lie off the tangent plane and still be of the same surface
     p.slices = to_u32(table.slices);
     p.levels = to_u32(table.levels);
     return p;

@@ -60,9 +60,7 @@ std::vector<float> nearest_in_rows(const StoredDepth& stored, std::size_t band_b
         grid.y_begin = to_u32(band.begin);
         runtime::launch(device, kernel, {static_cast<std::size_t>(rows), 1}, depth, nearest, grid);
     }
-    std::vector<float> found(static_cast<std::size_t>(height));
-    nearest.download(found.data());
-    return found;
+    return runtime::on_host<float>(nearest);
 }
 
 double shortest_step(const CentreRays& rays) {
@@ -128,7 +126,7 @@ std::vector<int> ssao_reaches(const StoredDepth& stored, const CentreRays& rays,
     const auto count = static_cast<std::size_t>(height);
     const std::vector<float> nearest =
         rays.perspective ? nearest_in_rows(stored, band_bytes) : std::vector<float>(count, 1.0f);
-    const auto nearest_of_all = static_cast<double>(*std::ranges::max_element(nearest));
+    const auto nearest_of_all = static_cast<double>(std::ranges::max(nearest));
     std::vector<int> own(count, 0);
     for (int row = 0; row < height; ++row) {
         const auto q = static_cast<double>(nearest[static_cast<std::size_t>(row)]);
@@ -142,23 +140,6 @@ std::vector<int> ssao_reaches(const StoredDepth& stored, const CentreRays& rays,
         reaches.push_back(std::max(*std::max_element(first, last), mixed_rows));
     }
     return reaches;
-}
-
-// That of the nearest surface of all, at least 0: background alone. Waits for the device.
-double nearest_inverse_depth(const StoredDepth& stored, std::size_t band_bytes) {
-    const std::vector<float> nearest = nearest_in_rows(stored, band_bytes);
-    return std::max(static_cast<double>(*std::ranges::max_element(nearest)), 0.0);
-}
-
-// A sphere covers the most rows at one end of the image: what they grow with is convex.
-double ssao_rows(const Camera& camera, const CentreRays& rays, const SsaoReach& reach, double nearest) {
-    return std::max(own_rows(rays, reach, 0, nearest, nearest), own_rows(rays, reach, camera.height, nearest, nearest));
-}
-
-double ssao_columns(const Camera& camera, const CentreRays& rays, const SsaoReach& reach, double nearest) {
-    const CentreRays across = turned(rays);
-    return std::max(own_rows(across, reach, 0, nearest, nearest),
-                    own_rows(across, reach, camera.width, nearest, nearest));
 }
 
 constexpr PassBytes pass_bytes{std::size_t{24} << 20, std::size_t{64} << 20};
@@ -229,9 +210,13 @@ SsaoOptions settled(const Tile& tile, const SsaoOptions& options) {
 }
 
 Reach reach_in(const Camera& camera, const CentreRays& rays, const SsaoReach& reach, double nearest) {
-    const auto within = [](double pixels, int image) { return static_cast<int>(std::min(pixels, 1.0 * image)); };
-    return {within(ssao_columns(camera, rays, reach, nearest), camera.width),
-            within(ssao_rows(camera, rays, reach, nearest), camera.height)};
+    // A sphere covers the most rows at one end of the image: what they grow with is convex.
+    const auto most = [&](const CentreRays& along, int size) {
+        const double rows =
+            std::max(own_rows(along, reach, 0, nearest, nearest), own_rows(along, reach, size, nearest, nearest));
+        return static_cast<int>(std::min(rows, 1.0 * size));
+    };
+    return {most(turned(rays), camera.width), most(rays, camera.height)};
 }
 
 // Under a perspective: 1/w, which is greatest in a corner of the image.
@@ -298,8 +283,9 @@ Reach reach(const StoredDepth& stored, double radius, const SsaoOptions& options
         return reach(static_cast<const Tile&>(Tile(stored)), radius, options, 0);
     description::Check{}("radius", radius, description::ssao_radius);
     const CentreRays rays = centre_rays(camera_rays(stored.camera));
-    return reach_in(stored.camera, rays, reach_of(stored, radius, settled(stored, options)),
-                    rays.perspective ? nearest_inverse_depth(stored, pass_bytes.band) : 1);
+    const double nearest = // 0: background alone
+        rays.perspective ? std::max(std::ranges::max(nearest_in_rows(stored, pass_bytes.band)), 0.0f) : 1;
+    return reach_in(stored.camera, rays, reach_of(stored, radius, settled(stored, options)), nearest);
 }
 
 std::size_t bytes(const Tile& tile, const SsaoOptions& options) {
