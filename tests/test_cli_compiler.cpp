@@ -61,7 +61,7 @@ TEST_CASE("compiler: where it crashes on a kernel, a line says so, and results h
     CHECK(outcome.code == 0);
     CHECK(crashing.contents() == expected);
     CHECK(outcome.err.starts_with("fathom: warning: kernels/camera/"));
-    CHECK(contains(outcome.err, "(Aborted); fathom goes on with a vector width of "));
+    CHECK(contains(outcome.err, "(Aborted: LLVM ERROR: of a test); fathom goes on with a vector width of "));
     CHECK(lines_of(outcome.err) == 1);
 }
 

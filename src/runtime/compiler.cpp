@@ -22,6 +22,7 @@
 #include <dlfcn.h>
 #include <fcntl.h>
 #include <poll.h>
+#include <sys/mman.h>
 #include <sys/prctl.h>
 #include <sys/resource.h>
 #include <sys/socket.h>
@@ -122,6 +123,14 @@ const std::string& compile_here(const std::string& request) {
     std::_Exit(0); // who asked has gone
 }
 
+// The last line about an error that a process printed, after a colon.
+std::string last_error(int file) {
+    std::string text(std::size_t{1} << 16, '\0');
+    text.resize(static_cast<std::size_t>(std::max<ssize_t>(pread(file, text.data(), text.size(), 0), 0)));
+    const std::size_t error = text.rfind("ERROR"), first = text.rfind('\n', error) + 1;
+    return error == std::string::npos ? "" : ": " + text.substr(first, text.find('\n', error) - first);
+}
+
 // A child of this process, which ends with it.
 pid_t fork_that_ends_with_parent() {
     const pid_t parent = getpid(), child = fork();
@@ -137,13 +146,16 @@ pid_t fork_that_ends_with_parent() {
     constexpr int socket = STDERR_FILENO + 1; // and nothing else stays open, of what others may wait for
     dup2(given, socket);
     close_range(socket + 1, ~0u, 0);
-    const int quiet = open("/dev/null", O_RDWR | O_CLOEXEC);
-    for (const int stream : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO})
-        dup2(quiet, stream);
+    const int quiet = open("/dev/null", O_RDWR | O_CLOEXEC), said = memfd_create("said", MFD_CLOEXEC);
+    dup2(quiet, STDIN_FILENO);
+    dup2(quiet, STDOUT_FILENO);
+    dup2(said, STDERR_FILENO);
     const rlimit none{};
     setrlimit(RLIMIT_CORE, &none);
     std::signal(SIGCHLD, SIG_DFL);
     for (;;) {
+        if (ftruncate(said, 0) != 0 || lseek(said, 0, SEEK_SET) != 0)
+            std::_Exit(0);
         const pid_t process = fork_that_ends_with_parent();
         if (process == 0)
             serve(socket);
@@ -155,7 +167,7 @@ pid_t fork_that_ends_with_parent() {
         const std::string how = !WIFSIGNALED(status)          ? text("exit code ", WEXITSTATUS(status))
                                 : WTERMSIG(status) == SIGKILL ? "killed, as where memory runs out"
                                                               : strsignal(WTERMSIG(status));
-        if (!write_message(socket, how))
+        if (!write_message(socket, how + last_error(said)))
             std::_Exit(0);
     }
 }

@@ -21,7 +21,7 @@ void compile_apart(const std::string& version);
 /// Ends that process, and whoever compiles waits until this one ends, too. Any thread may call it.
 void stop_compiling();
 
-/// PoCL's compiler crashed on a kernel. The message names the kernel, the driver and how the compiler ended.
+/// PoCL's compiler crashed on a kernel. The message names the kernel, the driver and what the compiler said last.
 class CompilerCrashed : public NoDevice {
 public:
     CompilerCrashed(const std::string& message, int width) : NoDevice(message), vector_width(width) {}
