@@ -147,16 +147,6 @@ void from_linear(cv::Mat& color, ColorEncoding encoding);
 void premultiply(cv::Mat& color);
 void unpremultiply(cv::Mat& color);
 
-/// The light that the numbers of a file are. What the format says of the pixels is that of the picture.
-Picture light_of(PictureFile held, const ReadPictureOptions& options);
-
-/// The numbers that a file of integers holds; nothing where the format is that of plain floats.
-std::optional<cv::Mat> picture_codes(const std::filesystem::path& file, const cv::Mat& color,
-                                     const PictureFormat& format);
-
-/// Any file that `read_picture` reads. Refuses what is no picture.
-PictureFile read_picture_file(const std::filesystem::path& file, const ReadPictureOptions& options);
-
 /// Codes of 8 or 16 bits in B, G, R order, with the format's profile and camera data.
 Bytes jpeg_bytes(const cv::Mat& bgr, const PictureFormat& format);
 Bytes png_bytes(const cv::Mat& bgr,
@@ -165,9 +155,6 @@ Bytes tiff_bytes(const cv::Mat& bgr, const PictureFormat& format = {}); ///< flo
 
 /// Light in B, G, R order. Negative values and NaN become 0.
 Bytes radiance_bytes(const cv::Mat& bgr);
-
-/// The bytes of a picture where its format is not that of plain floats, which `write_image` writes: then nothing.
-std::optional<Bytes> picture_bytes(const std::filesystem::path& file, const Picture& picture);
 
 /// Pixels without a header, by ffmpeg's name: rows from above, without gaps, R before G before B, the lowest byte first.
 struct RawFormat {
@@ -205,24 +192,6 @@ auto within_memory(const std::filesystem::path& file, const Read& read) {
         refuse(file, too_large);
     }
 }
-
-/// Where an encoder writes to.
-struct MemorySink {
-    /// Has room for an image that is not compressed, with a header and what stands before each row: to grow would take as much
-    /// again.
-    explicit MemorySink(const cv::Mat& image) {
-        constexpr std::size_t header = 1 << 16, row = 64;
-        bytes.reserve(image.total() * image.elemSize() + header + row * static_cast<std::size_t>(image.rows));
-    }
-
-    void write(std::span<const unsigned char> more, std::uint64_t at) {
-        if (at + more.size() > bytes.size())
-            bytes.resize(at + more.size());
-        std::copy(more.begin(), more.end(), bytes.begin() + static_cast<std::ptrdiff_t>(at));
-    }
-
-    Bytes bytes;
-};
 
 /// The bytes of a file that holds `image`, a CV_32F matrix in the file's order: x, y, z or R, G, B, A.
 Bytes exr_bytes(const std::filesystem::path& file, const cv::Mat& image, const WriteOptions& options);

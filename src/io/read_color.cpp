@@ -44,13 +44,6 @@ Layer choose(const std::filesystem::path& file, const std::vector<Channel>& chan
                      (meant.empty() ? "; it has " + list : ", but " + meant + "; name that one"));
 }
 
-/// In OpenCV's order.
-std::vector<std::string> exr_channels(const std::filesystem::path& file, const ReadPictureOptions& options) {
-    std::vector<std::string> names = color_channels(file, options.layer);
-    std::swap(names[0], names[2]);
-    return names;
-}
-
 void check_picture(const std::filesystem::path& file, const cv::Mat& image) {
     const bool codes = image.depth() == CV_8U || image.depth() == CV_16U;
     if ((image.channels() != 3 && image.channels() != 4) || (!codes && image.depth() != CV_32F))
@@ -75,15 +68,24 @@ cv::Mat as_floats(const cv::Mat& image) {
     return color;
 }
 
-PictureFile read(const std::filesystem::path& file, const ReadPictureOptions& options) {
+PictureFile any_image(const std::filesystem::path& file, const ReadPictureOptions& options) {
     if (io::begins_like_exr(file)) {
-        const std::vector<std::string> channels = exr_channels(file, options);
+        std::vector<std::string> channels = color_channels(file, options.layer);
+        std::swap(channels[0], channels[2]); // OpenCV's order
         return {.image = io::read_exr_floats(file, channels, "colours", options.windows),
                 .primaries = io::exr_primaries(file, channels.front())};
     }
     if (!options.layer.empty())
         io::refuse_layer(file, options.layer);
     return io::read_image(file, {"a picture", ".exr, .jpg, .png, .tif, .hdr, .npy and .pfm", true});
+}
+
+PictureFile read_picture_file(const std::filesystem::path& file, const ReadPictureOptions& options) {
+    PictureFile picture = io::within_memory(file, [&] { return any_image(file, options); });
+    if (picture.image.type() == CV_8UC1) // a grey photograph; 16 bits and floats of one channel are mostly depth
+        cv::merge(std::vector<cv::Mat>(3, picture.image), picture.image);
+    check_picture(file, picture.image);
+    return picture;
 }
 
 } // namespace
@@ -98,36 +100,25 @@ std::vector<std::string> color_channels(const std::filesystem::path& file, const
     return names;
 }
 
-io::PictureFile io::read_picture_file(const std::filesystem::path& file, const ReadPictureOptions& options) {
-    PictureFile picture = within_memory(file, [&] { return read(file, options); });
-    if (picture.image.type() == CV_8UC1) // a grey photograph; 16 bits and floats of one channel are mostly depth
-        cv::merge(std::vector<cv::Mat>(3, picture.image), picture.image);
-    check_picture(file, picture.image);
-    return picture;
-}
-
 cv::Mat read_color(const std::filesystem::path& file, const std::string& layer) {
-    return as_floats(io::read_picture_file(file, {.layer = layer}).image);
+    return as_floats(read_picture_file(file, {.layer = layer}).image);
 }
 
 Picture read_picture(const std::filesystem::path& file, const ReadPictureOptions& options) {
-    io::PictureFile held = io::read_picture_file(file, options);
+    PictureFile held = read_picture_file(file, options);
     held.image = io::upright(held.image, io::orientation_of(held.exif));
     if (!io::begins_like_exr(file))
         io::check_fills(file, held.image.size(), options.windows);
-    return io::light_of(std::move(held), options);
-}
-
-Picture io::light_of(PictureFile held, const ReadPictureOptions& options) {
     const int depth = held.image.depth();
     const bool codes = depth != CV_32F;
     Picture picture;
     picture.format.bits = depth == CV_8U ? 8 : depth == CV_16U ? 16 : 32;
-    const ColorEncoding of_type = !codes || is_linear_profile(held.icc) ? ColorEncoding::linear : ColorEncoding::srgb;
+    const ColorEncoding of_type =
+        !codes || io::is_linear_profile(held.icc) ? ColorEncoding::linear : ColorEncoding::srgb;
     picture.format.encoding = options.encoding.value_or(held.encoding.value_or(of_type));
     picture.color = as_floats(held.image);
-    set_upright(held.exif);
-    if (is_rgb_profile(held.icc)) // which a grey one would not fit
+    io::set_upright(held.exif);
+    if (io::is_rgb_profile(held.icc)) // which a grey one would not fit
         picture.format.icc = std::move(held.icc);
     else
         picture.format.incomplete = !held.icc.empty();
@@ -137,10 +128,10 @@ Picture io::light_of(PictureFile held, const ReadPictureOptions& options) {
     const bool straight = held.straight_alpha.value_or(codes);
     const bool encoded = picture.format.encoding != ColorEncoding::linear;
     if (encoded && !straight) // the codes are multiplied, and not the light
-        unpremultiply(picture.color);
-    to_linear(picture.color, picture.format.encoding);
+        io::unpremultiply(picture.color);
+    io::to_linear(picture.color, picture.format.encoding);
     if (encoded || straight)
-        premultiply(picture.color);
+        io::premultiply(picture.color);
     return picture;
 }
 

@@ -102,62 +102,6 @@ io::Bytes bytes_of_values(const ImageFile& given, bool is_color = false) {
     return described_failure(file, [&] { return encoded(file, image, given.options, is_color); });
 }
 
-void name_colors(ImageFile& picture) {
-    const int channels = picture.image.channels();
-    if (channels != 3 && channels != 4)
-        refuse(picture.file, "a picture has 3 or 4 channels (B, G, R, alpha), the image has " +
-                                 std::to_string(channels) + "; write it with write_image");
-    if (picture.options.channels.empty()) {
-        picture.options.channels = {"R", "G", "B", "A"};
-        picture.options.channels.resize(static_cast<std::size_t>(channels));
-    }
-}
-
-io::Bytes bytes_of_color(ImageFile picture) {
-    name_colors(picture);
-    if (picture.format && picture.image.depth() == CV_32F) {
-        const auto bytes = described_failure(picture.file, [&] {
-            return io::picture_bytes(picture.file, {picture.image, *picture.format});
-        });
-        if (bytes)
-            return *bytes;
-    }
-    std::vector<std::string>& names = picture.options.channels;
-    if (extension_of(picture.file) == ".exr") // whose channels have names
-        for (std::size_t i = 0; i + 2 < names.size(); i += static_cast<std::size_t>(picture.image.channels()))
-            std::swap(names[i], names[i + 2]);
-    return bytes_of_values(picture, true);
-}
-
-io::Bytes bytes_of(const ImageFile& image) {
-    return image.kind == ImageKind::color ? bytes_of_color(image) : bytes_of_values(image);
-}
-
-} // namespace
-
-void write_image(const std::filesystem::path& file, const cv::Mat& image, const WriteOptions& options) {
-    write_images({{file, image, options}});
-}
-
-void write_color(const std::filesystem::path& file, const cv::Mat& color, const WriteOptions& options) {
-    write_images({{file, color, options, ImageKind::color}});
-}
-
-void write_images(const std::vector<ImageFile>& images) {
-    io::write_images_and(images, {});
-}
-
-void io::write_images_and(const std::vector<ImageFile>& images, const LastFile& last) {
-    std::vector<NewFile> files;
-    for (const ImageFile& image : images)
-        files.push_back({image.file, bytes_of(image)});
-    replace_files(files, last);
-}
-
-// Pictures into files: light becomes what the format holds.
-
-namespace {
-
 /// Codes of 8 or 16 bits: cut off at 0 and 1, 0 for NaN.
 cv::Mat codes_of(const cv::Mat& color, int bits) {
     const double largest = bits == 8 ? 255 : 65535;
@@ -194,7 +138,74 @@ cv::Mat opaque(const std::filesystem::path& file, const cv::Mat& color) {
     return bgr;
 }
 
+/// The bytes of a picture where its format is not that of plain floats, which `bytes_of_values` writes: then nothing.
+std::optional<io::Bytes> picture_bytes(const std::filesystem::path& file, const Picture& picture) {
+    const std::string type = extension_of(file);
+    const PictureFormat format = format_for(file, picture.format);
+    if (type == ".hdr")
+        return io::radiance_bytes(opaque(file, picture.color));
+    if (format.bits == 32 || (type != ".jpg" && type != ".png" && type != ".tif"))
+        return std::nullopt;
+    cv::Mat encoded = type == ".jpg" ? opaque(file, picture.color).clone() : picture.color.clone();
+    io::unpremultiply(encoded);
+    io::from_linear(encoded, format.encoding);
+    const cv::Mat codes = codes_of(encoded, format.bits);
+    return type == ".jpg"   ? io::jpeg_bytes(codes, format)
+           : type == ".png" ? io::png_bytes(codes, format)
+                            : io::tiff_bytes(codes, format);
+}
+
+void name_colors(ImageFile& picture) {
+    const int channels = picture.image.channels();
+    if (channels != 3 && channels != 4)
+        refuse(picture.file, "a picture has 3 or 4 channels (B, G, R, alpha), the image has " +
+                                 std::to_string(channels) + "; write it with write_image");
+    if (picture.options.channels.empty()) {
+        picture.options.channels = {"R", "G", "B", "A"};
+        picture.options.channels.resize(static_cast<std::size_t>(channels));
+    }
+}
+
+io::Bytes bytes_of_color(ImageFile picture) {
+    name_colors(picture);
+    if (picture.format && picture.image.depth() == CV_32F) {
+        const auto bytes = described_failure(picture.file, [&] {
+            return picture_bytes(picture.file, {picture.image, *picture.format});
+        });
+        if (bytes)
+            return *bytes;
+    }
+    std::vector<std::string>& names = picture.options.channels;
+    if (extension_of(picture.file) == ".exr") // whose channels have names
+        for (std::size_t i = 0; i + 2 < names.size(); i += static_cast<std::size_t>(picture.image.channels()))
+            std::swap(names[i], names[i + 2]);
+    return bytes_of_values(picture, true);
+}
+
+io::Bytes bytes_of(const ImageFile& image) {
+    return image.kind == ImageKind::color ? bytes_of_color(image) : bytes_of_values(image);
+}
+
 } // namespace
+
+void write_image(const std::filesystem::path& file, const cv::Mat& image, const WriteOptions& options) {
+    write_images({{file, image, options}});
+}
+
+void write_color(const std::filesystem::path& file, const cv::Mat& color, const WriteOptions& options) {
+    write_images({{file, color, options, ImageKind::color}});
+}
+
+void write_images(const std::vector<ImageFile>& images) {
+    io::write_images_and(images, {});
+}
+
+void io::write_images_and(const std::vector<ImageFile>& images, const LastFile& last) {
+    std::vector<NewFile> files;
+    for (const ImageFile& image : images)
+        files.push_back({image.file, bytes_of(image)});
+    replace_files(files, last);
+}
 
 PictureFormat format_for(const std::filesystem::path& file, const PictureFormat& format) {
     const std::string type = io::extension_of(file);
@@ -219,30 +230,6 @@ PictureFormat format_for(const std::filesystem::path& file, const PictureFormat&
 bool loses_metadata(const std::filesystem::path& file, const PictureFormat& format) {
     const PictureFormat kept = format_for(file, format);
     return kept.icc.size() < format.icc.size() || kept.exif.size() < format.exif.size();
-}
-
-std::optional<cv::Mat> io::picture_codes(const std::filesystem::path& file, const cv::Mat& color,
-                                         const PictureFormat& format) {
-    const std::string type = io::extension_of(file);
-    if (format.bits == 32 || (type != ".jpg" && type != ".png" && type != ".tif"))
-        return std::nullopt;
-    cv::Mat encoded = type == ".jpg" ? opaque(file, color).clone() : color.clone();
-    unpremultiply(encoded);
-    from_linear(encoded, format.encoding);
-    return codes_of(encoded, format.bits);
-}
-
-std::optional<io::Bytes> io::picture_bytes(const std::filesystem::path& file, const Picture& picture) {
-    const std::string type = io::extension_of(file);
-    const PictureFormat format = format_for(file, picture.format);
-    if (type == ".hdr")
-        return radiance_bytes(opaque(file, picture.color));
-    const auto pixels = picture_codes(file, picture.color, format);
-    if (!pixels)
-        return std::nullopt;
-    return type == ".jpg"   ? jpeg_bytes(*pixels, format)
-           : type == ".png" ? png_bytes(*pixels, format)
-                            : tiff_bytes(*pixels, format);
 }
 
 io::Bytes io::raw_bytes(const ImageFile& given, const RawFormat& format) {

@@ -39,25 +39,33 @@ using Imath::V2i;
 /// Where OpenEXR writes to. It cannot throw where it writes its last bytes, so that a failure is kept.
 class Stream : public Imf::OStream {
 public:
-    explicit Stream(MemorySink& sink) : OStream("results"), sink_(sink) {}
+    /// Has room for an image that is not compressed, with a header and what stands before each row: to grow would take as much
+    /// again.
+    explicit Stream(const cv::Mat& image) : OStream("results") {
+        constexpr std::size_t header = 1 << 16, row = 64;
+        bytes.reserve(image.total() * image.elemSize() + header + row * static_cast<std::size_t>(image.rows));
+    }
 
     void write(const char c[], int n) override {
+        const auto size = static_cast<std::size_t>(n);
         try {
             if (!failure)
-                sink_.write({reinterpret_cast<const unsigned char*>(c), static_cast<std::size_t>(n)}, at_);
+                bytes.resize(std::max(bytes.size(), at_ + size));
         } catch (...) {
             failure = std::current_exception();
             throw;
         }
-        at_ += static_cast<std::uint64_t>(n);
+        if (!failure)
+            std::copy_n(c, size, bytes.begin() + static_cast<std::ptrdiff_t>(at_));
+        at_ += size;
     }
     std::uint64_t tellp() override { return at_; }
     void seekp(std::uint64_t at) override { at_ = at; }
 
+    Bytes bytes;
     std::exception_ptr failure = {};
 
 private:
-    MemorySink& sink_;
     std::uint64_t at_ = 0;
 };
 
@@ -253,8 +261,7 @@ void append(Stream& stream, const Imf::Header& header, const std::filesystem::pa
 } // namespace
 
 Bytes exr_bytes(const std::filesystem::path& file, const cv::Mat& image, const WriteOptions& options) {
-    MemorySink memory(image);
-    Stream stream(memory);
+    Stream stream(image);
     Imf::Header header = header_of(image.size(), options);
     const Pixels pixels(file, image, options);
     if (options.source && options.source->append) {
@@ -267,7 +274,7 @@ Bytes exr_bytes(const std::filesystem::path& file, const cv::Mat& image, const W
     }
     if (stream.failure)
         std::rethrow_exception(stream.failure);
-    return std::move(memory.bytes);
+    return std::move(stream.bytes);
 }
 
 void set_exr_pool(int threads) {
