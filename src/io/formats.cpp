@@ -35,7 +35,7 @@ void check_holds(const std::filesystem::path& file, cv::Size size, std::uint64_t
                          " bytes, which cannot be checked; save it with another compression");
 }
 
-Bytes inflated(std::span<const unsigned char> packed, std::uint64_t most, int window_bits) {
+Bytes inflated(View packed, std::uint64_t most, int window_bits) {
     constexpr std::uint64_t piece = 1 << 20;
     z_stream stream{};
     if (inflateInit2(&stream, window_bits) != Z_OK)
@@ -67,16 +67,11 @@ void refuse_layer(const std::filesystem::path& file, const std::string& layer) {
 namespace {
 
 /// The most bytes of a file that begins so, as far as its beginning says it.
-std::uint64_t most_bytes(const std::string& head) {
+std::uint64_t most_bytes(const Bytes& bytes) {
     constexpr double pixel_bytes = 2 * 4 * 8; // twice four doubles
     constexpr double beside = 64 << 20;       // of metadata
     constexpr std::uint64_t unknown = std::numeric_limits<std::uint64_t>::max(), jpeg = std::uint64_t{8} << 30;
-    const auto big_endian = [&](std::size_t at) {
-        double number = 0;
-        for (std::size_t i = at; i < at + 4; ++i)
-            number = number * 256 + static_cast<unsigned char>(head[i]);
-        return number;
-    };
+    const std::string head(text_of(bytes));
     double width = 0, height = 0, channels = 1;
     const std::size_t shape = head.starts_with("\x93NUMPY") ? head.find('(') : std::string::npos;
     if (head.starts_with("II") || head.starts_with("MM") || head.starts_with("PK"))
@@ -84,8 +79,8 @@ std::uint64_t most_bytes(const std::string& head) {
     if (head.starts_with("\xff\xd8\xff") || head.starts_with("#?"))
         return jpeg;
     if (head.starts_with("\x89PNG") && head.size() >= 24) {
-        width = big_endian(16);
-        height = big_endian(20);
+        width = static_cast<double>(big_endian(View(bytes).subspan(16, 4)));
+        height = static_cast<double>(big_endian(View(bytes).subspan(20, 4)));
     } else if (shape != std::string::npos) {
         if (std::sscanf(head.c_str() + shape, "(%lf ,%lf ,%lf", &height, &width, &channels) < 2)
             return unknown;
@@ -135,7 +130,7 @@ constexpr Container containers[] = {
 
 /// Throws: Error for a file that is one of these.
 void refuse_containers(const std::filesystem::path& file, const Bytes& head) {
-    const std::string_view text(reinterpret_cast<const char*>(head.data()), head.size());
+    const std::string_view text = text_of(head);
     for (const auto& [beginning, what, at] : containers)
         if (text.substr(std::min(at, text.size())).starts_with(beginning))
             refuse(file, what);
@@ -146,7 +141,7 @@ void refuse_containers(const std::filesystem::path& file, const Bytes& head) {
 PictureFile read_image(const std::filesystem::path& file, const Wanted& wanted, const ReadOptions& options) {
     constexpr std::uint64_t largest = most_pixels * 16; // four floats a pixel
     Bytes bytes = read_head(file, 4096);
-    if (const std::uint64_t most = most_bytes(std::string(bytes.begin(), bytes.end())); most > 0)
+    if (const std::uint64_t most = most_bytes(bytes); most > 0)
         bytes = read_file(file, std::min({most, largest, std::uint64_t{usable_memory()}}));
     if (auto array = read_npz(file, bytes, options.channel, options.memory))
         return {.image = *array};
@@ -155,7 +150,7 @@ PictureFile read_image(const std::filesystem::path& file, const Wanted& wanted, 
     for (const auto read : {read_pfm, read_npy, read_colmap_map})
         if (auto image = read(file, bytes))
             return {.image = *image};
-    const std::string_view begin(reinterpret_cast<const char*>(bytes.data()), std::min<std::size_t>(bytes.size(), 6));
+    const std::string_view begin = text_of(bytes).substr(0, 6);
     if (begin.starts_with("\xff\xd8\xff") && !wanted.is_picture)
         refuse(file, "is a JPEG, which is not read because its losses change values; save it as .png, .tif or .exr");
     if (!begin.starts_with("#?") || wanted.is_picture)

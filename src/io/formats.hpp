@@ -27,6 +27,28 @@ namespace fathom::io {
 /// Whether this machine keeps the lowest byte of a number first.
 inline constexpr bool is_little_endian = std::endian::native == std::endian::little;
 
+using View = std::span<const unsigned char>;
+
+inline std::string_view text_of(View bytes) {
+    return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
+}
+
+/// The number that up to eight bytes are, the highest first.
+inline std::uint64_t big_endian(View bytes) {
+    std::uint64_t number = 0;
+    for (const unsigned char each : bytes)
+        number = number << 8 | each;
+    return number;
+}
+
+/// Likewise, the lowest first.
+inline std::uint64_t little_endian(View bytes) {
+    std::uint64_t number = 0;
+    for (std::size_t i = bytes.size(); i-- > 0;)
+        number = number << 8 | bytes[i];
+    return number;
+}
+
 /// Images beyond this are taken for damage: 32768 × 32768.
 inline constexpr long long most_pixels = 1LL << 30;
 
@@ -115,7 +137,7 @@ struct Wanted {
 PictureFile read_image(const std::filesystem::path& file, const Wanted& wanted, const ReadOptions& options = {});
 
 /// The bytes that deflated ones stand for, up to `most` and as far as they are whole. `window_bits`: zlib's, negative without a header.
-Bytes inflated(std::span<const unsigned char> packed, std::uint64_t most, int window_bits);
+Bytes inflated(View packed, std::uint64_t most, int window_bits);
 
 /// Refuses a file whose codec failed.
 [[noreturn]] void refuse_undecoded(const std::filesystem::path& file);

@@ -24,7 +24,7 @@ Imported imported_by_format(const fs::path& file, const ImportOptions& options) 
     check_readable(file);
     const bool exr = begins_like_exr(file);
     const Bytes head = read_head(file, 1 << 16);
-    const std::string_view text(reinterpret_cast<const char*>(head.data()), head.size());
+    const std::string_view text = text_of(head);
     const std::size_t begin = text.find_first_not_of(" \t\r\n\xef\xbb\xbf"); // behind a byte order mark
     const char first = begin == text.npos ? '\0' : text[begin];
     if (!exr && (first == '{' || text.starts_with("glTF"))) {

@@ -31,14 +31,11 @@ public:
     std::uint64_t size() const { return size_; }
 
     std::uint32_t number() {
-        std::array<char, 4> bytes{};
+        std::array<unsigned char, 4> bytes{};
         take(bytes.size());
-        stream_.read(bytes.data(), bytes.size());
+        stream_.read(reinterpret_cast<char*>(bytes.data()), bytes.size());
         check();
-        std::uint32_t value = 0;
-        for (std::size_t i = 0; i < bytes.size(); ++i)
-            value |= std::uint32_t{static_cast<unsigned char>(bytes[i])} << 8 * i;
-        return value;
+        return static_cast<std::uint32_t>(little_endian(bytes));
     }
     /// The text up to a zero.
     std::string name() {

@@ -185,7 +185,7 @@ Bytes encoded(const std::string& extension, const cv::Mat& bgr, const std::vecto
 
 std::optional<PictureFile> read_by_opencv(const std::filesystem::path& file, Bytes& bytes, bool as_counted) {
     using namespace std::string_view_literals;
-    const std::string_view begin(reinterpret_cast<const char*>(bytes.data()), std::min<std::size_t>(bytes.size(), 10));
+    const std::string_view begin = text_of(bytes).substr(0, 10);
     const auto is_one_of = [&](std::initializer_list<std::string_view> magics) {
         return std::ranges::any_of(magics, [&](std::string_view magic) { return begin.starts_with(magic); });
     };

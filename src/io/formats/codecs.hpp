@@ -15,13 +15,6 @@
 /// what a picture's file says beside its pixels.
 namespace fathom::io {
 
-using View = std::span<const unsigned char>;
-
-/// The number in the first four bytes, the highest first.
-inline std::uint32_t big_endian(View b) {
-    return std::uint32_t{b[0]} << 24 | std::uint32_t{b[1]} << 16 | std::uint32_t{b[2]} << 8 | b[3];
-}
-
 /// Does a colour profile count light in proportion? All three curves are straight.
 bool is_linear_profile(View icc);
 

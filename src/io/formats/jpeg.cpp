@@ -22,12 +22,6 @@ constexpr std::string_view frame_markers = "\xc0\xc1\xc2\xc3\xc5\xc6\xc7\xc9\xca
 constexpr std::size_t longest_segment = 65533;        // bytes behind the length
 constexpr std::size_t icc_head = icc_name.size() + 2; // and the number of this part, and of all
 
-bool begins_with(View content, std::string_view name) {
-    return content.size() >= name.size() &&
-           std::equal(name.begin(), name.end(), content.begin(),
-                      [](char a, unsigned char b) { return a == static_cast<char>(b); });
-}
-
 void append_segment(Bytes& bytes, unsigned char marker, std::string_view name, View content) {
     const std::size_t length = 2 + name.size() + content.size();
     bytes.insert(bytes.end(),
@@ -63,16 +57,16 @@ PictureFile read_jpeg(const std::filesystem::path& file, Bytes& bytes) {
         const unsigned char marker = all[at + 1];
         if (marker == end_of_image)
             break;
-        const std::size_t length = at + 4 > all.size() ? 0 : std::size_t{all[at + 2]} << 8 | all[at + 3];
+        const std::size_t length = at + 4 > all.size() ? 0 : big_endian(all.subspan(at + 2, 2));
         if (length < 2 || length > all.size() - at - 2)
             cut_short();
         const View content = all.subspan(at + 4, length - 2);
         at += 2 + length;
-        if (marker == app1 && begins_with(content, exif_name) && picture.exif.empty())
+        if (marker == app1 && text_of(content).starts_with(exif_name) && picture.exif.empty())
             picture.exif.assign(content.begin() + exif_name.size(), content.end());
-        if (marker == app2 && begins_with(content, icc_name) && content.size() > icc_head)
+        if (marker == app2 && text_of(content).starts_with(icc_name) && content.size() > icc_head)
             picture.icc.insert(picture.icc.end(), content.begin() + icc_head, content.end());
-        const auto number = [&](std::size_t i) { return content[i] << 8 | content[i + 1]; };
+        const auto number = [&](std::size_t i) { return static_cast<int>(big_endian(content.subspan(i, 2))); };
         const auto is_one_of = [&](std::string_view markers) {
             return markers.find(static_cast<char>(marker)) != markers.npos;
         };
@@ -105,7 +99,7 @@ Bytes jpeg_bytes(const cv::Mat& bgr, const PictureFormat& format) {
         append_segment(more, app2, name,
                        View(format.icc).subspan(i * part, std::min(part, format.icc.size() - i * part)));
     }
-    const std::size_t behind_jfif = 4 + (std::size_t{file.at(4)} << 8 | file.at(5));
+    const std::size_t behind_jfif = 4 + big_endian(View(file).subspan(4, 2));
     file.insert(file.begin() + static_cast<std::ptrdiff_t>(behind_jfif), more.begin(), more.end());
     return file;
 }

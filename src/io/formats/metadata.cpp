@@ -3,7 +3,6 @@
 #include "codecs.hpp"
 
 #include <algorithm>
-#include <cstring>
 #include <string_view>
 
 namespace fathom::io {
@@ -17,14 +16,11 @@ struct ExifReader {
     std::optional<std::uint32_t> number(std::size_t at, std::size_t count) const {
         if (at > bytes.size() || bytes.size() - at < count)
             return std::nullopt;
-        std::uint32_t value = 0;
-        for (std::size_t i = 0; i < count; ++i)
-            value = value << 8 | bytes[at + (little ? count - 1 - i : i)];
-        return value;
+        const View part = bytes.subspan(at, count);
+        return static_cast<std::uint32_t>(little ? little_endian(part) : big_endian(part));
     }
     bool has(std::size_t at, std::string_view text) const {
-        return at <= bytes.size() && bytes.size() - at >= text.size() &&
-               std::memcmp(bytes.data() + at, text.data(), text.size()) == 0;
+        return text_of(bytes.subspan(std::min(at, bytes.size()))).starts_with(text);
     }
 };
 

@@ -86,20 +86,17 @@ void read_type(const std::filesystem::path& file, std::string_view text, Layout&
 
 /// The layout of an array, and where its data begin. `bytes`: at least its header.
 std::pair<Layout, std::size_t> layout_of(const std::filesystem::path& file, const Bytes& bytes) {
-    const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
-    const auto byte = [&](std::size_t at) { return at < bytes.size() ? std::size_t{bytes[at]} : 0; };
-    const std::size_t version = byte(magic.size());
+    const auto part = [&](std::size_t at, std::size_t count) {
+        if (at > bytes.size() || count > bytes.size() - at)
+            refuse(file, "ends within its header; write or copy it again");
+        return View(bytes).subspan(at, count);
+    };
+    const std::uint64_t version = little_endian(part(magic.size(), 1));
     if (version < 1 || version > 3)
         refuse(file, "is a NumPy array of format " + std::to_string(version) + "; 1 to 3 are read, save it again");
-    std::size_t at = magic.size() + 2, length = byte(at) | byte(at + 1) << 8;
-    at += 2;
-    if (version > 1) {
-        length |= byte(at) << 16 | byte(at + 1) << 24;
-        at += 2;
-    }
-    if (at > bytes.size() || length > bytes.size() - at)
-        refuse(file, "ends within its header; write or copy it again");
-    const std::string_view header = text.substr(at, length);
+    const std::size_t before = magic.size() + 2, length_bytes = version == 1 ? 2 : 4, at = before + length_bytes;
+    const std::size_t length = little_endian(part(before, length_bytes));
+    const std::string_view header = text_of(part(at, length));
     Layout layout;
     read_type(file, value_of(file, header, "descr"), layout);
     read_shape(file, value_of(file, header, "shape"), layout);
@@ -107,10 +104,6 @@ std::pair<Layout, std::size_t> layout_of(const std::filesystem::path& file, cons
     if (layout.columns_first && layout.channels > 1)
         refuse(file, "is a NumPy array of channels in Fortran's order; save numpy.ascontiguousarray(array)");
     return {layout, at + length};
-}
-
-bool is_npy(const Bytes& bytes) {
-    return std::string_view(reinterpret_cast<const char*>(bytes.data()), bytes.size()).starts_with(magic);
 }
 
 [[noreturn]] void refuse_value(const std::filesystem::path& file, cv::Point pixel, std::int64_t value) {
@@ -160,7 +153,7 @@ cv::Mat as_held(const std::filesystem::path& file, const cv::Mat& image, const T
 } // namespace
 
 std::optional<cv::Mat> read_npy(const std::filesystem::path& file, const Bytes& bytes) {
-    if (!is_npy(bytes))
+    if (!text_of(bytes).starts_with(magic))
         return std::nullopt;
     const auto [layout, at] = layout_of(file, bytes);
     if (bytes.size() - at < layout.bytes())
@@ -229,21 +222,13 @@ public:
     Bytes unpacked(const Member& member, std::uint64_t most) const;
 
 private:
-    std::span<const unsigned char> part(std::uint64_t at, std::uint64_t count) const {
+    View part(std::uint64_t at, std::uint64_t count) const {
         if (at > bytes_.size() || count > bytes_.size() - at)
             refuse_damage();
-        return std::span(bytes_).subspan(at, count);
+        return View(bytes_).subspan(at, count);
     }
-    std::string_view text(std::uint64_t at, std::uint64_t count) const {
-        const auto found = part(at, count);
-        return {reinterpret_cast<const char*>(found.data()), found.size()};
-    }
-    std::uint64_t number(std::uint64_t at, unsigned count) const {
-        std::uint64_t value = 0;
-        for (unsigned i = 0; i < count; ++i)
-            value |= std::uint64_t{part(at, count)[i]} << (8 * i);
-        return value;
-    }
+    std::string_view text(std::uint64_t at, std::uint64_t count) const { return text_of(part(at, count)); }
+    std::uint64_t number(std::uint64_t at, unsigned count) const { return little_endian(part(at, count)); }
 
     const std::filesystem::path& file_;
     const Bytes& bytes_;
@@ -305,7 +290,7 @@ Layout layout_in(const std::filesystem::path& file, const Archive& archive, cons
     if (array.method == 0 ? array.packed != array.size : array.size / expansion::deflate > array.packed)
         archive.refuse_damage();
     const Bytes head = archive.unpacked(array, std::min(array.size, longest_header));
-    if (!is_npy(head))
+    if (!text_of(head).starts_with(magic))
         refuse(file, "holds no NumPy array under this name; it is damaged, save it again");
     const auto [layout, at] = layout_of(file, head);
     if (at + layout.bytes() != array.size)
@@ -348,7 +333,7 @@ const Member& chosen(const std::filesystem::path& file, const Archive& archive, 
 
 std::optional<cv::Mat> read_npz(const std::filesystem::path& file, const Bytes& bytes, const std::string& name,
                                 std::size_t memory) {
-    const std::string_view begin(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+    const std::string_view begin = text_of(bytes);
     if (!begin.starts_with(end_magic) && !begin.starts_with(local_magic))
         return std::nullopt;
     const Archive archive(file, bytes);

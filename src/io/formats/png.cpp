@@ -75,17 +75,19 @@ PictureFile read_png(const std::filesystem::path& file, Bytes& bytes) {
     std::uint64_t pixel_bits = 0, compressed = 0;
     std::string_view type;
     for (auto rest = View(bytes).subspan(png_signature); type != "IEND";) {
-        const std::size_t length = rest.size() < 12 ? 0 : big_endian(rest);
+        const std::size_t length = rest.size() < 12 ? 0 : big_endian(rest.first(4));
         if (rest.size() < 12 || rest.size() - 12 < length)
             refuse(file, "ends in the middle of the picture; write or copy it again");
         const View chunk = rest.first(length + 12), content = chunk.subspan(8, length);
         if (crc32_z(0, chunk.data() + 4, length + 4) != big_endian(chunk.last(4)))
             refuse(file, "is damaged: a check sum of its PNG chunks does not match; write or copy it again");
-        type = {reinterpret_cast<const char*>(chunk.data()) + 4, 4};
+        type = text_of(chunk.subspan(4, 4));
         if (type == "IHDR" && length == 13) {
             static constexpr std::uint64_t channels[] = {1, 0, 3, 1, 2, 0, 4, 0}; // by the type of colour
-            check_size(file, big_endian(content), big_endian(content.subspan(4)));
-            size = {static_cast<int>(big_endian(content)), static_cast<int>(big_endian(content.subspan(4)))};
+            const auto width = static_cast<long long>(big_endian(content.first(4))),
+                       height = static_cast<long long>(big_endian(content.subspan(4, 4)));
+            check_size(file, width, height);
+            size = {static_cast<int>(width), static_cast<int>(height)};
             pixel_bits = content[8] * channels[content[9] % std::size(channels)];
         }
         if (type == "IDAT")
@@ -94,9 +96,9 @@ PictureFile read_png(const std::filesystem::path& file, Bytes& bytes) {
             kept.insert(kept.end(), chunk.begin(), chunk.end());
         srgb |= type == "sRGB";
         if (type == "gAMA" && length == 4)
-            gamma = big_endian(content) / 100000.0;
+            gamma = static_cast<double>(big_endian(content)) / 100000.0;
         if (type == "tEXt")
-            read_text({reinterpret_cast<const char*>(content.data()), content.size()}, picture.near_and_far);
+            read_text(text_of(content), picture.near_and_far);
         if (type == "eXIf")
             picture.exif.assign(content.begin(), content.end());
         if (type == "iCCP") { // a name, a zero, the method of compression

@@ -107,10 +107,6 @@ void append_runs(Bytes& file, View row) {
     }
 }
 
-std::string_view text_of(const Bytes& bytes) {
-    return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
-}
-
 } // namespace
 
 std::optional<cv::Mat> read_pfm(const std::filesystem::path& file, const Bytes& bytes) {
@@ -249,7 +245,7 @@ Bytes pfm_bytes(const cv::Mat& image, bool is_color) {
 // row by row, one channel after the other. Source: COLMAP, src/colmap/mvs/mat.h.
 
 std::optional<cv::Mat> read_colmap_map(const std::filesystem::path& file, const Bytes& bytes) {
-    const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+    const std::string_view text = text_of(bytes);
     std::array<long long, 3> sizes{};
     const char* at = text.data();
     const char* const end = at + text.size();
