@@ -28,6 +28,8 @@ bool alike(const cv::Mat& a, const cv::Mat& b) {
 
 /// What the library reads.
 cv::Mat read(const std::string& name, Bytes bytes) {
+    if (const auto map = io::read_pgm(name, bytes, false))
+        return *map;
     return io::read_by_opencv(name, bytes).value_or(io::PictureFile{}).image;
 }
 

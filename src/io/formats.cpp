@@ -150,11 +150,13 @@ PictureFile read_image(const std::filesystem::path& file, const Wanted& wanted, 
     for (const auto read : {read_pfm, read_npy, read_colmap_map})
         if (auto image = read(file, bytes))
             return {.image = *image};
+    if (auto map = read_pgm(file, bytes, options.as_counted))
+        return {.image = *map};
     const std::string_view begin = text_of(bytes).substr(0, 6);
     if (begin.starts_with("\xff\xd8\xff") && !wanted.is_picture)
         refuse(file, "is a JPEG, which is not read because its losses change values; save it as .png, .tif or .exr");
     if (!begin.starts_with("#?") || wanted.is_picture)
-        if (auto image = read_by_opencv(file, bytes, options.as_counted))
+        if (auto image = read_by_opencv(file, bytes))
             return std::move(*image);
     refuse_containers(file, bytes);
     refuse(file, std::string("is no image that holds ") + wanted.what + ", or its beginning is damaged; " +

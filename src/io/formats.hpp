@@ -114,13 +114,14 @@ struct PictureFile {
     std::array<std::optional<double>, 2> near_and_far = {}; ///< that a PNG's text says
 };
 
-/// An image that OpenCV's codecs read (PNG, JPEG, TIFF, PGM, Radiance), or nothing when the bytes do not begin like one. The bytes may
+/// An image that OpenCV's codecs read (PNG, JPEG, TIFF, Radiance), or nothing when the bytes do not begin like one. The bytes may
 /// change. Refused: whatever is cut short or contradicts itself, which codecs tend to fill with zeros or garbage.
-std::optional<PictureFile> read_by_opencv(const std::filesystem::path& file, Bytes& bytes, bool as_counted = false);
+std::optional<PictureFile> read_by_opencv(const std::filesystem::path& file, Bytes& bytes);
 
 /// Likewise an image in OpenCV's order of channels (B, G, R, A).
 std::optional<cv::Mat> read_pfm(const std::filesystem::path& file, const Bytes& bytes);
 std::optional<cv::Mat> read_npy(const std::filesystem::path& file, const Bytes& bytes);
+std::optional<cv::Mat> read_pgm(const std::filesystem::path& file, const Bytes& bytes, bool as_counted);
 /// An array of an archive; the only one without a name. `memory`: bytes that it may take, 0: what this process may.
 std::optional<cv::Mat> read_npz(const std::filesystem::path& file, const Bytes& bytes, const std::string& name,
                                 std::size_t memory);

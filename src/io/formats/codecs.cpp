@@ -107,7 +107,7 @@ void* codec_function(const char* name) {
     }();
     void* function = library ? dlsym(library, name) : nullptr;
     if (!function)
-        throw Error("OpenCV's codecs, which read and write .png, .jpg, .tif, .pgm and .hdr, cannot be loaded (" +
+        throw Error("OpenCV's codecs, which read and write .png, .jpg, .tif and .hdr, cannot be loaded (" +
                     (why.empty() ? std::string("they have no ") + name : why) +
                     "); install OpenCV's imgcodecs, or use .exr, .npy or .pfm");
     return function;
@@ -183,7 +183,7 @@ Bytes encoded(const std::string& extension, const cv::Mat& bgr, const std::vecto
     return bytes;
 }
 
-std::optional<PictureFile> read_by_opencv(const std::filesystem::path& file, Bytes& bytes, bool as_counted) {
+std::optional<PictureFile> read_by_opencv(const std::filesystem::path& file, Bytes& bytes) {
     using namespace std::string_view_literals;
     const std::string_view begin = text_of(bytes).substr(0, 10);
     const auto is_one_of = [&](std::initializer_list<std::string_view> magics) {
@@ -197,8 +197,6 @@ std::optional<PictureFile> read_by_opencv(const std::filesystem::path& file, Byt
         return read_tiff(file, bytes);
     if (is_one_of({"#?RADIANCE", "#?RGBE"}))
         return read_radiance(file, bytes);
-    if (is_one_of({"P2", "P5"}) && begin.size() > 2 && " \t\n\v\f\r"sv.find(begin[2]) != begin.npos)
-        return read_pgm(file, bytes, as_counted);
     return std::nullopt;
 }
 

@@ -73,7 +73,6 @@ Bytes encoded(const std::string& extension, const cv::Mat& bgr, const std::vecto
 PictureFile read_png(const std::filesystem::path& file, Bytes& bytes);
 PictureFile read_jpeg(const std::filesystem::path& file, Bytes& bytes);
 PictureFile read_tiff(const std::filesystem::path& file, Bytes& bytes);
-PictureFile read_pgm(const std::filesystem::path& file, Bytes& bytes, bool as_counted);
 PictureFile read_radiance(const std::filesystem::path& file, Bytes& bytes);
 
 } // namespace fathom::io

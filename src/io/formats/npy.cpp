@@ -156,9 +156,8 @@ std::optional<cv::Mat> read_npy(const std::filesystem::path& file, const Bytes& 
     if (!text_of(bytes).starts_with(magic))
         return std::nullopt;
     const auto [layout, at] = layout_of(file, bytes);
-    if (bytes.size() - at < layout.bytes())
-        refuse(file, "ends too early: " + described(cv::Size(layout.cols, layout.rows)) + " pixels do not fit into " +
-                         std::to_string(bytes.size()) + " bytes; write or copy it again");
+    check_holds(file, {layout.cols, layout.rows}, layout.type->bytes() * static_cast<std::size_t>(layout.channels),
+                bytes.size() - at, 1);
     const int rows = layout.columns_first ? layout.cols : layout.rows,
               cols = layout.columns_first ? layout.rows : layout.cols;
     cv::Mat image = layout.type->depth == none ? narrowed(file, bytes.data() + at, rows, cols, layout)

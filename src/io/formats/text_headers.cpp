@@ -53,7 +53,7 @@ void swap_bytes(unsigned char* row, std::size_t elements, std::size_t size) {
 struct MapHeader {
     cv::Size size;
     double scale;
-    std::size_t end; ///< where its last word ends
+    std::size_t pixels; ///< where these begin, behind the last word and exactly one space
 };
 
 MapHeader map_header(const std::filesystem::path& file, std::string_view text) {
@@ -61,17 +61,7 @@ MapHeader map_header(const std::filesystem::path& file, std::string_view text) {
     const auto width = number<long long>(file, word(text, at)), height = number<long long>(file, word(text, at));
     check_size(file, width, height);
     const auto scale = number<double>(file, word(text, at));
-    return {{static_cast<int>(width), static_cast<int>(height)}, scale, at};
-}
-
-/// Refuses pixels that the bytes behind a header do not hold.
-void check_rows(const std::filesystem::path& file, const MapHeader& header, std::size_t bytes,
-                std::size_t pixel_bytes) {
-    const auto [size, scale, end] = header;
-    if (end + 1 > bytes ||
-        (bytes - end - 1) / pixel_bytes / static_cast<std::size_t>(size.width) < static_cast<std::size_t>(size.height))
-        refuse(file, "ends too early: " + std::to_string(size.width) + " x " + std::to_string(size.height) +
-                         " pixels do not fit into " + std::to_string(bytes) + " bytes; write or copy it again");
+    return {{static_cast<int>(width), static_cast<int>(height)}, scale, std::min(at + 1, text.size())};
 }
 
 void check_code(const std::filesystem::path& file, double code, double largest) {
@@ -115,13 +105,13 @@ std::optional<cv::Mat> read_pfm(const std::filesystem::path& file, const Bytes& 
         return std::nullopt;
     const MapHeader header = map_header(file, text);
     const int type = CV_32FC(magic[1] == 'F' ? 3 : 1);
-    check_rows(file, header, bytes.size(), static_cast<std::size_t>(CV_ELEM_SIZE(type)));
+    check_holds(file, header.size, static_cast<std::size_t>(CV_ELEM_SIZE(type)), bytes.size() - header.pixels, 1);
     cv::Mat image(header.size, type);
     const std::size_t row_bytes = static_cast<std::size_t>(image.cols) * image.elemSize();
     for (int y = 0; y < image.rows; ++y) {
-        const int at_row = image.rows - 1 - y; // they begin at the bottom; exactly one space ends the header
+        const int at_row = image.rows - 1 - y; // they begin at the bottom
         auto* row = image.ptr(at_row);
-        std::memcpy(row, bytes.data() + header.end + 1 + static_cast<std::size_t>(y) * row_bytes, row_bytes);
+        std::memcpy(row, bytes.data() + header.pixels + static_cast<std::size_t>(y) * row_bytes, row_bytes);
         if ((header.scale < 0) != is_little_endian)
             swap_bytes(row, row_bytes / 4, 4);
         swap_red_and_blue_of_row(image, at_row); // the file's order is R, G, B
@@ -129,10 +119,11 @@ std::optional<cv::Mat> read_pfm(const std::filesystem::path& file, const Bytes& 
     return image;
 }
 
-PictureFile read_pgm(const std::filesystem::path& file, Bytes& bytes, bool as_counted) {
+std::optional<cv::Mat> read_pgm(const std::filesystem::path& file, const Bytes& bytes, bool as_counted) {
     const std::string_view text = text_of(bytes);
-    const auto [size, scale, end] = map_header(file, text);
-    check_size(file, size.width, size.height);
+    if (text.size() < 3 || !is_space(text[2]) || (!text.starts_with("P2") && !text.starts_with("P5")))
+        return std::nullopt;
+    const auto [size, scale, begin] = map_header(file, text);
     if (!(scale >= 1 && scale <= 65535 && scale == std::floor(scale)))
         refuse(file, "counts to " + std::to_string(static_cast<long long>(scale > 0 ? std::min(scale, 1e9) : 0)) +
                          ", but a grey map counts to 1 to 65535; write it again");
@@ -144,28 +135,27 @@ PictureFile read_pgm(const std::filesystem::path& file, Bytes& bytes, bool as_co
     if (scale < 255 && !as_counted)
         refuse(file, "counts to " + std::to_string(static_cast<long long>(scale)) +
                          ", but 8-bit codes are taken to count to 255; stretch them to that range");
-    // OpenCV takes what is no number in a text for a blank, and a header otherwise than others: it gets bytes behind one of ours.
-    const std::size_t code_bytes = scale > 255 ? 2 : 1;
-    const std::string header = "P5\n" + std::to_string(size.width) + " " + std::to_string(size.height) +
-                               (code_bytes == 2 ? "\n65535\n" : "\n255\n");
-    Bytes codes(header.begin(), header.end());
-    if (text[1] == '2') {
-        check_holds(file, size, 2, text.size(), 1); // a figure and a blank each
-        std::size_t at = end;
-        for (std::size_t i = 0; i < static_cast<std::size_t>(size.width) * static_cast<std::size_t>(size.height); ++i) {
+    const int type = scale > 255 ? CV_16UC1 : CV_8UC1;
+    const bool is_text = text[1] == '2';
+    check_holds(file, size, is_text ? 2 : static_cast<std::size_t>(CV_ELEM_SIZE(type)), bytes.size() - begin, 1);
+    cv::Mat map(size, type);
+    if (is_text) {
+        std::size_t at = begin;
+        for (int i = 0; i < size.width * size.height; ++i) {
             const auto code = number<std::uint32_t>(file, word(text, at));
             check_code(file, code, scale);
-            if (code_bytes == 2)
-                codes.push_back(static_cast<unsigned char>(code >> 8));
-            codes.push_back(static_cast<unsigned char>(code));
+            if (scale > 255)
+                map.ptr<std::uint16_t>()[i] = static_cast<std::uint16_t>(code);
+            else
+                map.data[i] = static_cast<std::uint8_t>(code);
         }
-    } else {
-        check_rows(file, {size, scale, end}, bytes.size(), code_bytes);
-        codes.insert(codes.end(), bytes.begin() + static_cast<std::ptrdiff_t>(end + 1), bytes.end());
+        return map;
     }
-    PictureFile map{.image = decoded(file, codes, size)};
+    std::memcpy(map.data, bytes.data() + begin, map.total() * map.elemSize());
+    if (scale > 255 && is_little_endian)
+        swap_bytes(map.data, map.total(), 2);
     double most = 0;
-    cv::minMaxLoc(map.image, nullptr, &most);
+    cv::minMaxLoc(map, nullptr, &most);
     check_code(file, most, scale);
     return map;
 }
