@@ -41,12 +41,11 @@ TEST_CASE("read: codes that do not count to 65535 are refused", "[io]") {
     const cv::Mat codes(2, 4, CV_16UC1, cv::Scalar(0));
     check_says([&] { read_depth(write_tiff(folder / "a.tif", codes, SAMPLEFORMAT_UINT, {.more = twelve_bits})); },
                {"a.tif: ", "samples of 12 bits"});
-    for (const char* text : {"P5\n1 1\n0\n\1", "P5\n1 1\n70000\n\1\2", "P2\n1 1\n70000\n8"})
+    for (const char* text : {"P5\n1 1\n0\n\1", "P5\n1 1\n70000\n\1\2"})
         check_says([&] { read_depth(put(folder / "a.pgm", std::string(text))); },
                    {"a.pgm: ", "a grey map counts to 1 to 65535"});
-    for (const std::string text : {"P2\n2 1\n100\n7 101", "P5\n2 1\n100\n\7\145"})
-        check_says([&] { read_depth(put(folder / "a.pgm", text), {.as_counted = true}); },
-                   {"a.pgm: ", "a code is 101, beyond the largest"});
+    check_says([&] { read_depth(put(folder / "a.pgm", std::string("P5\n2 1\n100\n\7\145")), {.as_counted = true}); },
+               {"a.pgm: ", "a code is 101, beyond the largest"});
 }
 
 TEST_CASE("read: the content decides, not the extension", "[io]") {

@@ -64,12 +64,6 @@ MapHeader map_header(const std::filesystem::path& file, std::string_view text) {
     return {{static_cast<int>(width), static_cast<int>(height)}, scale, std::min(at + 1, text.size())};
 }
 
-void check_code(const std::filesystem::path& file, double code, double largest) {
-    if (code > largest)
-        refuse(file,
-               "is damaged: a code is " + std::to_string(std::llround(code)) + ", beyond the largest; write it again");
-}
-
 constexpr int longest_run = 127, longest_list = 128;
 
 bool may_have_runs(int width) {
@@ -121,7 +115,7 @@ std::optional<cv::Mat> read_pfm(const std::filesystem::path& file, const Bytes& 
 
 std::optional<cv::Mat> read_pgm(const std::filesystem::path& file, const Bytes& bytes, bool as_counted) {
     const std::string_view text = text_of(bytes);
-    if (text.size() < 3 || !is_space(text[2]) || (!text.starts_with("P2") && !text.starts_with("P5")))
+    if (text.size() < 3 || !is_space(text[2]) || !text.starts_with("P5"))
         return std::nullopt;
     const auto [size, scale, begin] = map_header(file, text);
     if (!(scale >= 1 && scale <= 65535 && scale == std::floor(scale)))
@@ -136,27 +130,16 @@ std::optional<cv::Mat> read_pgm(const std::filesystem::path& file, const Bytes& 
         refuse(file, "counts to " + std::to_string(static_cast<long long>(scale)) +
                          ", but 8-bit codes are taken to count to 255; stretch them to that range");
     const int type = scale > 255 ? CV_16UC1 : CV_8UC1;
-    const bool is_text = text[1] == '2';
-    check_holds(file, size, is_text ? 2 : static_cast<std::size_t>(CV_ELEM_SIZE(type)), bytes.size() - begin, 1);
+    check_holds(file, size, static_cast<std::size_t>(CV_ELEM_SIZE(type)), bytes.size() - begin, 1);
     cv::Mat map(size, type);
-    if (is_text) {
-        std::size_t at = begin;
-        for (int i = 0; i < size.width * size.height; ++i) {
-            const auto code = number<std::uint32_t>(file, word(text, at));
-            check_code(file, code, scale);
-            if (scale > 255)
-                map.ptr<std::uint16_t>()[i] = static_cast<std::uint16_t>(code);
-            else
-                map.data[i] = static_cast<std::uint8_t>(code);
-        }
-        return map;
-    }
     std::memcpy(map.data, bytes.data() + begin, map.total() * map.elemSize());
     if (scale > 255 && is_little_endian)
         swap_bytes(map.data, map.total(), 2);
     double most = 0;
     cv::minMaxLoc(map, nullptr, &most);
-    check_code(file, most, scale);
+    if (most > scale)
+        refuse(file,
+               "is damaged: a code is " + std::to_string(std::llround(most)) + ", beyond the largest; write it again");
     return map;
 }
 
