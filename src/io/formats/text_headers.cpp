@@ -64,33 +64,6 @@ MapHeader map_header(const std::filesystem::path& file, std::string_view text) {
     return {{static_cast<int>(width), static_cast<int>(height)}, scale, std::min(at + 1, text.size())};
 }
 
-constexpr int longest_run = 127, longest_list = 128;
-
-bool may_have_runs(int width) {
-    return width >= 8 && width <= 0x7fff;
-}
-
-void append_runs(Bytes& file, View row) {
-    const auto run_at = [&](std::size_t x) {
-        const auto end = row.begin() + static_cast<std::ptrdiff_t>(std::min(row.size(), x + longest_run));
-        const auto begin = row.begin() + static_cast<std::ptrdiff_t>(x);
-        return static_cast<std::size_t>(std::find_if(begin, end, [&](auto each) { return each != *begin; }) - begin);
-    };
-    for (std::size_t x = 0; x < row.size();) {
-        std::size_t count = run_at(x);
-        if (count > 2) {
-            file.insert(file.end(), {static_cast<unsigned char>(128 + count), row[x]});
-        } else {
-            for (count = 1; x + count < row.size() && count < longest_list && run_at(x + count) < 4;)
-                ++count;
-            file.push_back(static_cast<unsigned char>(count));
-            const View list = row.subspan(x, count);
-            file.insert(file.end(), list.begin(), list.end());
-        }
-        x += count;
-    }
-}
-
 } // namespace
 
 std::optional<cv::Mat> read_pfm(const std::filesystem::path& file, const Bytes& bytes) {
@@ -169,13 +142,14 @@ PictureFile read_radiance(const std::filesystem::path& file, Bytes& bytes) {
     return {.image = decoded(file, plain, {static_cast<int>(width), static_cast<int>(height)})};
 }
 
-// OpenCV writes these through a file in /tmp, and does not tell when that is full.
+// OpenCV writes these through a file in /tmp, and does not tell when that is full. Pixels are not packed: none looks like the beginning
+// of a run, because its largest number is 128 or more, or all are 0.
 Bytes radiance_bytes(const cv::Mat& bgr) {
     const std::string head = std::string("#?RGBE\nFORMAT=32-bit_rle_rgbe\n\n-Y ") + std::to_string(bgr.rows) + " +X " +
                              std::to_string(bgr.cols) + "\n";
     Bytes file(head.begin(), head.end());
-    cv::Mat codes(4, bgr.cols, CV_8U);
-    for (int y = 0; y < bgr.rows; ++y) {
+    file.reserve(file.size() + 4 * bgr.total());
+    for (int y = 0; y < bgr.rows; ++y)
         for (int x = 0; x < bgr.cols; ++x) {
             cv::Vec3f light = bgr.at<cv::Vec3f>(y, x);
             for (float& each : light.val) // it holds no negative values, NaN or infinity
@@ -185,19 +159,9 @@ Bytes radiance_bytes(const cv::Mat& bgr) {
                 std::frexp(most, &exponent);
             const float scale = exponent == -128 ? 0.0f : std::ldexp(1.0f, 8 - exponent);
             for (int c = 0; c < 3; ++c)
-                codes.at<unsigned char>(c, x) = static_cast<unsigned char>(light[2 - c] * scale);
-            codes.at<unsigned char>(3, x) = static_cast<unsigned char>(exponent + 128);
+                file.push_back(static_cast<unsigned char>(light[2 - c] * scale));
+            file.push_back(static_cast<unsigned char>(exponent + 128));
         }
-        if (!may_have_runs(bgr.cols)) {
-            const cv::Mat pixels = codes.t();
-            file.insert(file.end(), pixels.datastart, pixels.dataend);
-            continue;
-        }
-        file.insert(file.end(),
-                    {2, 2, static_cast<unsigned char>(bgr.cols >> 8), static_cast<unsigned char>(bgr.cols & 255)});
-        for (int c = 0; c < 4; ++c)
-            append_runs(file, {codes.ptr(c), codes.ptr(c) + bgr.cols});
-    }
     return file;
 }
 
