@@ -14,14 +14,6 @@ namespace {
 using io::Layer, io::PictureFile;
 using io::refuse;
 
-// The layer whose name ends so after a view's name, or that the named channel belongs to.
-std::string like(const std::string& name, const std::vector<Layer>& layers) {
-    for (const auto& [layer, channels] : layers)
-        if (!layer.empty() && (layer.ends_with("." + name) || name.starts_with(layer + ".")))
-            return layer;
-    return {};
-}
-
 Layer choose(const std::filesystem::path& file, const std::vector<Channel>& channels, const std::string& wanted) {
     std::vector<Layer> layers = io::layers_of(channels, {"RGB"});
     std::erase_if(layers, [](const Layer& layer) { return layer.channels[0].starts_with('.'); }); // no layer's, nor R
@@ -39,9 +31,7 @@ Layer choose(const std::filesystem::path& file, const std::vector<Channel>& chan
     if (wanted.empty())
         refuse(file, "has no layer that is named like a picture (Combined, beauty); say which it is (--color-layer): " +
                          list);
-    const std::string meant = like(wanted, layers);
-    refuse(file, "has no layer \"" + wanted + "\" with channels R, G and B" +
-                     (meant.empty() ? "; it has " + list : ", but " + meant + "; name that one"));
+    refuse(file, "has no layer \"" + wanted + "\" with channels R, G and B; it has " + list);
 }
 
 void check_picture(const std::filesystem::path& file, const cv::Mat& image) {
