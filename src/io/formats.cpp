@@ -231,6 +231,11 @@ std::string described(const cv::Mat& image) {
     return std::string(types[image.depth()]) + " with " + channels;
 }
 
+bool has_colors(const cv::Mat& image) {
+    return (image.channels() == 3 || image.channels() == 4) &&
+           (image.depth() == CV_8U || image.depth() == CV_16U || image.depth() == CV_32F);
+}
+
 std::string described(cv::Size size) {
     return std::to_string(size.width) + " × " + std::to_string(size.height);
 }

@@ -244,6 +244,9 @@ const Layer* layer_of(const std::vector<Layer>& layers, const std::string& wante
 /// An image's type for a message: "unsigned 8-bit with 3 channels".
 std::string described(const cv::Mat& image);
 
+/// Has it three channels and perhaps an alpha, of 8 or 16 bits or floats?
+bool has_colors(const cv::Mat& image);
+
 /// "640 × 480"
 std::string described(cv::Size size);
 

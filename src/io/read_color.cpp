@@ -35,8 +35,7 @@ Layer choose(const std::filesystem::path& file, const std::vector<Channel>& chan
 }
 
 void check_picture(const std::filesystem::path& file, const cv::Mat& image) {
-    const bool codes = image.depth() == CV_8U || image.depth() == CV_16U;
-    if ((image.channels() != 3 && image.channels() != 4) || (!codes && image.depth() != CV_32F))
+    if (!io::has_colors(image))
         refuse(file,
                "is " + io::described(image) +
                    ", which is no picture; one has channels R, G, B and may have an alpha, in 8 or 16 bits or float" +
@@ -44,12 +43,11 @@ void check_picture(const std::filesystem::path& file, const cv::Mat& image) {
 }
 
 cv::Mat as_floats(const cv::Mat& image) {
-    const bool codes = image.depth() != CV_32F;
-    if (!codes)
+    if (image.depth() == CV_32F)
         return image;
     cv::Mat color;
     image.convertTo(color, CV_32F);
-    const float largest = image.depth() == CV_8U ? 255.0f : image.depth() == CV_16U ? 65535.0f : 1.0f;
+    const float largest = image.depth() == CV_8U ? 255.0f : 65535.0f;
     for (int y = 0; y < color.rows; ++y) {
         float* row = color.ptr<float>(y);
         for (int x = 0; x < color.cols * color.channels(); ++x)
