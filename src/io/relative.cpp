@@ -47,56 +47,40 @@ cv::Mat io::only_channel(const std::filesystem::path& file, const cv::Mat& image
     return planes[0];
 }
 
-namespace {
-
-/// The image, with the name of the channel of an OpenEXR file.
-std::pair<cv::Mat, std::string> image_and_channel(const std::filesystem::path& file, const std::string& channel) {
-    if (io::begins_like_exr(file)) {
-        const DepthFile depth = io::read_exr(file, {channel}, {}).front();
-        return {depth.values, depth.channel};
-    }
-    constexpr io::Wanted wanted{"relative depth", ".png, .jpg, .tif, .pfm, .npy, .npz and .exr", true};
-    return {io::read_image(file, wanted, {.channel = channel}).image, ""};
-}
-
-/// What a file stores, as floats.
-io::RelativeInput stored_values(const std::filesystem::path& file, const std::string& of_exr,
-                                const io::Ignored& ignored) {
-    const auto [given, channel] = image_and_channel(file, of_exr);
-    const int type = given.depth();
-    if (type != CV_8U && type != CV_16U && type != CV_16F && type != CV_32F)
-        refuse(file, "is " + io::described(given) + "; relative depth has 8 or 16 bits, or floats");
-    const cv::Mat image = io::only_channel(file, given);
-    io::RelativeInput result{.depth = {.values = {},
-                                       .bits = type == CV_8U    ? 8
-                                               : type == CV_16U ? 16
-                                                                : 32},
-                             .channel = channel};
-    cv::Mat& values = result.depth.values;
-    image.convertTo(values, CV_32F);
-    if (ignored)
-        values.setTo(std::numeric_limits<double>::quiet_NaN(), ignored(values.size()));
-    result.look.add(io::on_host(values));
-    return result;
-}
-
-} // namespace
-
-std::optional<std::array<double, 2>> io::range_of_floats(const std::filesystem::path& file, const std::string& channel,
-                                                         const Ignored& ignored) {
-    return within_memory(file, [&]() -> std::optional<std::array<double, 2>> {
-        const RelativeInput input = stored_values(file, channel, ignored);
-        if (input.depth.bits < 32)
-            return std::nullopt;
-        if (input.look.surfaces() == 0)
-            return std::array<double, 2>{INFINITY, -INFINITY};
-        return std::array<double, 2>{input.look.nearest, input.look.farthest};
+io::RelativeInput io::read_relative_input(const std::filesystem::path& file, const std::string& channel,
+                                          const Ignored& ignored) {
+    constexpr Wanted wanted{"relative depth", ".png, .jpg, .tif, .pfm, .npy, .npz and .exr", true};
+    return within_memory(file, [&] {
+        RelativeInput result;
+        cv::Mat image;
+        if (begins_like_exr(file)) {
+            const DepthFile depth = read_exr(file, {channel}, {}).front();
+            image = depth.values;
+            result.channel = depth.channel;
+        } else {
+            image = read_image(file, wanted, {.channel = channel}).image;
+        }
+        const int type = image.depth();
+        if (type != CV_8U && type != CV_16U && type != CV_16F && type != CV_32F)
+            refuse(file, "is " + described(image) + "; relative depth has 8 or 16 bits, or floats");
+        result.depth.bits = type == CV_8U ? 8 : type == CV_16U ? 16 : 32;
+        cv::Mat& values = result.depth.values;
+        only_channel(file, image).convertTo(values, CV_32F);
+        if (ignored)
+            values.setTo(std::numeric_limits<double>::quiet_NaN(), ignored(values.size()));
+        result.look.add(on_host(values));
+        return result;
     });
 }
 
-io::RelativeInput io::read_relative_input(const std::filesystem::path& file, const std::string& channel,
-                                          const Ignored& ignored) {
-    return within_memory(file, [&] { return stored_values(file, channel, ignored); });
+std::optional<std::array<double, 2>> io::range_of_floats(const std::filesystem::path& file, const std::string& channel,
+                                                         const Ignored& ignored) {
+    const RelativeInput input = read_relative_input(file, channel, ignored);
+    if (input.depth.bits < 32)
+        return std::nullopt;
+    if (input.look.surfaces() == 0)
+        return std::array<double, 2>{INFINITY, -INFINITY};
+    return std::array<double, 2>{input.look.nearest, input.look.farthest};
 }
 
 RelativeFile read_relative(const std::filesystem::path& file, const ReadRelativeOptions& options) {
