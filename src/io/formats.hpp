@@ -24,8 +24,7 @@
 /// What each format can do; `read_depth` and `write_image` choose among them.
 namespace fathom::io {
 
-/// Whether this machine keeps the lowest byte of a number first.
-inline constexpr bool is_little_endian = std::endian::native == std::endian::little;
+static_assert(std::endian::native == std::endian::little, "numbers are read as they lie in files");
 
 using View = std::span<const unsigned char>;
 

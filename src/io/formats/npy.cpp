@@ -78,7 +78,7 @@ void read_shape(const std::filesystem::path& file, std::string_view text, Layout
 void read_type(const std::filesystem::path& file, std::string_view text, Layout& layout) {
     const std::string type(text.substr(0, text.find_first_of(",}")));
     const bool known = text.size() > 4 && text[0] == '\'' && text[4] == '\'';
-    layout.swapped = known && text[1] == (is_little_endian ? '>' : '<');
+    layout.swapped = known && text[1] == '>';
     layout.type = std::ranges::find(types, known ? text.substr(2, 2) : "", &Type::name);
     if (layout.type == std::end(types))
         refuse(file, "is a NumPy array of " + type + "; save floats, or integers (array.astype(\"float32\"))");
@@ -172,8 +172,7 @@ std::optional<cv::Mat> read_npy(const std::filesystem::path& file, const Bytes& 
 }
 
 Bytes npy_bytes(const cv::Mat& image, bool is_color) {
-    std::string header = std::string("{'descr': '") + (is_little_endian ? '<' : '>') +
-                         "f4', 'fortran_order': False, 'shape': (" + std::to_string(image.rows) + ", " +
+    std::string header = "{'descr': '<f4', 'fortran_order': False, 'shape': (" + std::to_string(image.rows) + ", " +
                          std::to_string(image.cols);
     if (image.channels() > 1)
         header += ", " + std::to_string(image.channels());

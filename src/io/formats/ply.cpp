@@ -1,4 +1,4 @@
-// Positions as a point cloud: PLY, binary, in the machine's byte order (Turk 1994). Normals are nx, ny, nz, colours red, green
+// Positions as a point cloud: PLY, binary, the lowest byte first (Turk 1994). Normals are nx, ny, nz, colours red, green
 // and blue of 8 bits, as all readers know them.
 #include "io/formats.hpp"
 
@@ -54,8 +54,7 @@ Bytes ply_bytes(const std::filesystem::path& file, const cv::Mat& positions, con
     };
     std::size_t count = 0;
     for_each_point([&](const float*, int, int) { ++count; });
-    const std::string order = is_little_endian ? "little" : "big";
-    std::string header = "ply\nformat binary_" + order + "_endian 1.0\nelement vertex " + std::to_string(count) +
+    std::string header = "ply\nformat binary_little_endian 1.0\nelement vertex " + std::to_string(count) +
                          "\nproperty float x\nproperty float y\nproperty float z\n";
     if (!normals.empty())
         header += "property float nx\nproperty float ny\nproperty float nz\n";

@@ -79,7 +79,7 @@ std::optional<cv::Mat> read_pfm(const std::filesystem::path& file, const Bytes& 
         const int at_row = image.rows - 1 - y; // they begin at the bottom
         auto* row = image.ptr(at_row);
         std::memcpy(row, bytes.data() + header.pixels + static_cast<std::size_t>(y) * row_bytes, row_bytes);
-        if ((header.scale < 0) != is_little_endian)
+        if (!(header.scale < 0))
             swap_bytes(row, row_bytes / 4, 4);
         swap_red_and_blue_of_row(image, at_row); // the file's order is R, G, B
     }
@@ -106,7 +106,7 @@ std::optional<cv::Mat> read_pgm(const std::filesystem::path& file, const Bytes& 
     check_holds(file, size, static_cast<std::size_t>(CV_ELEM_SIZE(type)), bytes.size() - begin, 1);
     cv::Mat map(size, type);
     std::memcpy(map.data, bytes.data() + begin, map.total() * map.elemSize());
-    if (scale > 255 && is_little_endian)
+    if (scale > 255)
         swap_bytes(map.data, map.total(), 2);
     double most = 0;
     cv::minMaxLoc(map, nullptr, &most);
@@ -167,7 +167,7 @@ Bytes radiance_bytes(const cv::Mat& bgr) {
 
 Bytes pfm_bytes(const cv::Mat& image, bool is_color) {
     const auto header = std::string(image.channels() == 1 ? "Pf" : "PF") + "\n" + std::to_string(image.cols) + " " +
-                        std::to_string(image.rows) + "\n" + (is_little_endian ? "-1.0" : "1.0") + "\n";
+                        std::to_string(image.rows) + "\n-1.0\n";
     const auto row_bytes = static_cast<std::size_t>(image.cols) * image.elemSize();
     Bytes bytes(header.begin(), header.end());
     bytes.reserve(header.size() + row_bytes * static_cast<std::size_t>(image.rows));
@@ -209,8 +209,6 @@ std::optional<cv::Mat> read_colmap_map(const std::filesystem::path& file, const 
     for (long long c = 0; c < channels; ++c, at += plane_bytes) {
         cv::Mat& plane = planes.emplace_back(size, CV_32FC1);
         std::memcpy(plane.data, at, plane_bytes);
-        for (std::size_t i = 0; i < plane_bytes && !is_little_endian; i += 4)
-            std::reverse(plane.data + i, plane.data + i + 4);
     }
     std::ranges::reverse(planes); // x, y, z in OpenCV's order
     cv::Mat image;
