@@ -246,12 +246,8 @@ io::Bytes io::raw_bytes(const ImageFile& given, const RawFormat& format) {
     } else if (format.bits == 16) {
         pixels = png_codes(pixels, given.options.png_scale.value(), given.options.png_offset);
     }
-    Bytes bytes(pixels.total() * pixels.elemSize());
-    for (int y = 0; y < pixels.rows; ++y)
-        std::copy_n(pixels.ptr(y), static_cast<std::size_t>(pixels.cols) * pixels.elemSize(),
-                    bytes.data() +
-                        static_cast<std::size_t>(y) * static_cast<std::size_t>(pixels.cols) * pixels.elemSize());
-    return bytes;
+    const cv::Mat whole = pixels.isContinuous() ? pixels : pixels.clone();
+    return {whole.data, whole.data + whole.total() * whole.elemSize()};
 }
 
 void write_picture(const std::filesystem::path& file, const Picture& picture) {
