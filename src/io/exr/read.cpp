@@ -250,10 +250,10 @@ public:
         part_.emplace(exr_, part);
     }
 
-    std::vector<cv::Mat> read() {
+    std::vector<DepthFile> read() {
         const cv::Rect seen = wanted_ & data_;
         const cv::Rect held(data_.x, seen.y, data_.width, seen.height); // whole rows of the file
-        std::vector<cv::Mat> pixels, images;
+        std::vector<cv::Mat> pixels;
         for (const Candidate& channel : chosen_)
             pixels.emplace_back(held.size(), mat_type(channel.type));
         if (!seen.empty())
@@ -264,18 +264,19 @@ public:
                     refuse_colors_();
             pixels.resize(1);
         }
-        for (const cv::Mat& plane : pixels)
-            if (held == wanted_) {
-                images.push_back(plane);
-            } else {
-                images.push_back(nothing(wanted_.size(), plane.type()));
-                if (!seen.empty())
-                    plane(seen - held.tl()).copyTo(images.back()(seen - wanted_.tl()));
-            }
-        return images;
+        for (std::size_t i = 0; i < pixels.size(); ++i) {
+            cv::Mat& values = channels_[i].values;
+            values = pixels[i];
+            if (held == wanted_)
+                continue;
+            values = nothing(wanted_.size(), pixels[i].type());
+            if (!seen.empty())
+                pixels[i](seen - held.tl()).copyTo(values(seen - wanted_.tl()));
+        }
+        return channels_;
     }
 
-    const std::vector<DepthFile>& channels() const { return channels_; }
+    const Windows& windows() const { return channels_.front().windows; }
 
 private:
     void check(Imf::Compression compression) const;
@@ -330,19 +331,11 @@ bool begins_like_exr(const std::filesystem::path& file) {
 
 std::vector<DepthFile> read_exr(const std::filesystem::path& file, const std::vector<std::string>& channels,
                                 const ExrPixels& pixels) {
-    return refusing_damage(file, [&] {
-        PartReader reader(file, channels, pixels);
-        std::vector<DepthFile> images = reader.channels(); // without values
-        const std::vector<cv::Mat> planes = reader.read();
-        for (std::size_t i = 0; i < planes.size(); ++i)
-            images[i].values = planes[i];
-        return images;
-    });
+    return refusing_damage(file, [&] { return PartReader(file, channels, pixels).read(); });
 }
 
 Windows exr_windows(const std::filesystem::path& file, const std::string& channel) {
-    return refusing_damage(file,
-                           [&] { return PartReader(file, {channel}, {.overscan = true}).channels().front().windows; });
+    return refusing_damage(file, [&] { return PartReader(file, {channel}, {.overscan = true}).windows(); });
 }
 
 int exr_part_of(const std::filesystem::path& file, const std::string& channel) {
