@@ -19,7 +19,7 @@
 /// In: stored depth as `storage_of` reads it, or as `storage` says. A camera without a width and a height takes the
 /// matrix's; `circle_of_confusion` needs a camera that has them.
 /// Packed depth (CV_8UC3, CV_8UC4) needs its storage, such as `Storage::bgr8_red_low`. A fourth byte is dropped, which
-/// takes a copy.
+/// takes a copy on the host.
 /// Out: a matrix whose size and type fit is written where it lies, continuous or not; any other is made anew, and a cv::Mat that
 /// showed a region then shows one no more. A call that throws std::invalid_argument leaves every matrix as it was.
 /// Positions and normals are x, y, z. Pictures are B, G, R, and A with alpha multiplied in.

@@ -10,7 +10,6 @@
 #include <CL/cl.h>
 
 #include <algorithm>
-#include <array>
 #include <atomic>
 #include <memory>
 #include <vector>
@@ -43,25 +42,24 @@ Storage storage_of_type(int type) {
     }
 }
 
-template <typename Matrix>
-Matrix three_channels(const Matrix& four) {
-    std::vector<Matrix> three(1);
-    three[0].create(four.size(), CV_8UC3);
-    constexpr int from_to[] = {0, 0, 1, 1, 2, 2};
-    cv::mixChannels(std::vector<Matrix>{four}, three, from_to, 3);
-    return three[0];
-}
-
 Image stored_image(Matrices& matrices, cv::InputArray array) {
     if (array.empty() || array.dims() > 2 || array.type() != CV_8UC4)
         return matrices.read(array);
-    if (array.isUMat())
-        return matrices.read(three_channels(array.getUMat()));
-    return matrices.read(three_channels(array.getMat()));
+    const cv::Mat four = array.getMat();
+    cv::Mat three(four.size(), CV_8UC3);
+    constexpr int from_to[] = {0, 0, 1, 1, 2, 2};
+    cv::mixChannels(&four, 1, &three, 1, from_to, 3);
+    return matrices.read(three);
 }
 
 // The camera of a region of a larger matrix: that of the whole, which is cropped, or the region's own.
-Camera of_region(const Camera& camera, cv::Size region, cv::Size whole, cv::Point at) {
+Camera of_region(const Camera& camera, cv::InputArray array) {
+    cv::Size whole;
+    cv::Point at;
+    if (!array.isSubmatrix() || array.dims() > 2 || !(array.isMat() || array.isUMat()))
+        return camera;
+    array.isUMat() ? array.getUMat().locateROI(whole, at) : array.getMat().locateROI(whole, at);
+    const cv::Size region = array.size();
     if (region == whole || camera.width == region.width)
         return camera;
     require(camera.width != 0 || camera.height != 0, "matrix: ", region.width, " x ", region.height,
@@ -70,15 +68,6 @@ Camera of_region(const Camera& camera, cv::Size region, cv::Size whole, cv::Poin
     return camera.width == whole.width && camera.height == whole.height
                ? cropped(camera, at.x, at.y, region.width, region.height)
                : camera;
-}
-
-Camera of_region(const Camera& camera, cv::InputArray array) {
-    cv::Size whole;
-    cv::Point at;
-    if (!array.isSubmatrix() || array.dims() > 2 || !(array.isMat() || array.isUMat()))
-        return camera;
-    array.isUMat() ? array.getUMat().locateROI(whole, at) : array.getMat().locateROI(whole, at);
-    return of_region(camera, array.size(), whole, at);
 }
 
 } // namespace
@@ -259,21 +248,13 @@ Image copy_of(const Device& device, const cv::UMat& umat) {
     const Layout layout = layout_of(umat);
     const Image image(device, element_of(umat), {layout.width, layout.height, layout.channels});
     const cv::Mat mat = umat.getMat(cv::ACCESS_READ);
-    // The last row goes by itself, as in Image::download.
     const std::size_t row = static_cast<std::size_t>(mat.cols) * mat.elemSize(),
-                      before = static_cast<std::size_t>(mat.rows) - 1,
                       pitch = image.row_stride() * element_bytes(image.element());
-    const auto write = [&] {
-        const std::array<std::size_t, 3> corner{0, 0, 0}, box{row, before, 1};
-        const cl_int code = before == 0 ? CL_SUCCESS
-                                        : clEnqueueWriteBufferRect(device.queue(), image.buffer(), CL_TRUE,
-                                                                   corner.data(), corner.data(), box.data(), pitch, 0,
-                                                                   mat.step[0], 0, mat.data, 0, nullptr, nullptr);
-        return code != CL_SUCCESS ? code
-                                  : clEnqueueWriteBuffer(device.queue(), image.buffer(), CL_TRUE, before * pitch, row,
-                                                         mat.ptr(mat.rows - 1), 0, nullptr, nullptr);
-    };
-    check(device, write(), "a copy of a cv::UMat");
+    for (int y = 0; y < mat.rows; ++y)
+        check(device,
+              clEnqueueWriteBuffer(device.queue(), image.buffer(), CL_TRUE, static_cast<std::size_t>(y) * pitch, row,
+                                   mat.ptr(y), 0, nullptr, nullptr),
+              "a copy of a cv::UMat");
     return image;
 }
 
