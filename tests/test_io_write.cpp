@@ -133,6 +133,7 @@ TEST_CASE("write: what cannot be written is refused, and nothing is left behind"
     check_says([&] { write_image(folder / "z.pfm", floats(4)); }, {"1 or 3 channels"});
     check_says([&] { write_image(folder / "z.exr", cv::Mat(2, 2, CV_64FC1, cv::Scalar(1))); }, {"32-bit floats"});
     check_says([&] { write_image(folder / "z.exr", cv::Mat()); }, {"32-bit floats"});
+    check_says([&] { write_color(folder / "grey.exr", z); }, {"a picture has 3 or 4 channels"});
     check_says([&] { write_image(folder / "none" / "z.exr", z); }, {"there is no folder", "none"});
     CHECK(folder.files() == 0);
 
