@@ -258,6 +258,9 @@ TEST_CASE("program: wrong usage is told before anything is done") {
         check_refused(arguments, 2, named);
     check_refused(run({"linearize", input, "-o", out}), 2, "--camera");
     check_refused({"normals", input, "--camera", camera, "-o", out, "--space", "world"}, 1, "view matrix");
+    const Arguments fog{"fog", input, "--camera", camera, "--color", depth_file(folder, "colour.pfm"), "-o", out};
+    check_refused(fog, 2, "--density");
+    check_refused(joined(fog, {"--density", "1", "--fog-color", "1,2"}), 2, "three finite numbers");
     CHECK(folder.results().empty());
 }
 
