@@ -20,7 +20,7 @@ struct Scene {
     StoredDepth stored;
     Lens lens{.f_stop = 0.4, .focus = 3, .focal_length_mm = 50, .sensor_mm = 36};
 
-    explicit Scene(const std::string& more = {}) : camera(camera_file(folder, more)) {
+    Scene() : camera(camera_file(folder)) {
         depth.at<float>(0, 1) = NAN; // invalid
         for (int x = 0; x < width; ++x)
             depth.at<float>(7, x) = 0.1f + 0.004f * static_cast<float>(x); // before the focus
@@ -107,27 +107,6 @@ TEST_CASE("dof-masks program: a lens and what it is focused on reach the library
          {.f_stop = 0.2, .focus = depth_along_ray(scene.stored.camera, 3.5, 4.5, 5.5), .focal_length_mm = 24});
     check_done(scene.arguments(output, {"--circle", "20,60"}));
     CHECK(holds(output, scene.expected(CircleOfConfusion{20, 60, 0, false})));
-}
-
-TEST_CASE("dof-masks program: the lens is the camera file's unless it is given") {
-    const Scene scene(R"(, "lens_mm": 50, "sensor_mm": 36, "f_stop": 0.4, "focus_distance": 3)");
-    const std::string output = scene.folder / "out/masks.exr";
-    check_done(scene.arguments(output));
-    CHECK(holds(output, scene.expected(scene.lens)));
-    const std::vector<std::pair<Arguments, std::function<void(Lens&)>>> changes{
-        {{"--focus", "7"}, [](Lens& l) { l.focus = 7; }},
-        {{"--focus-at", "20,7"}, [&](Lens& l) { l.focus = depth_at(scene.stored, 20, 7); }},
-        {{"--f-stop", "5.6"}, [](Lens& l) { l.f_stop = 5.6; }},
-        {{"--focal-length-mm", "85"}, [](Lens& l) { l.focal_length_mm = 85; }},
-        {{"--sensor-mm", "24"}, [](Lens& l) { l.sensor_mm = 24; }},
-    };
-    for (const auto& [arguments, change] : changes) {
-        INFO(arguments[0]);
-        Lens lens = scene.lens;
-        change(lens);
-        check_done(scene.arguments(output, arguments));
-        CHECK(holds(output, scene.expected(lens)));
-    }
 }
 
 TEST_CASE("dof-masks program: orthographic rays have a telecentric lens") {
