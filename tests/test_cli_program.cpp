@@ -231,6 +231,7 @@ TEST_CASE("program: wrong usage is told before anything is done") {
         {{"linearise", input}, "did you mean linearize?"},
         {{"linearize"}, "DEPTH"},
         {{"linearize", input, "-o", out}, "--camera"},
+        {{"linearize", input, "--preset", "kinekt:fx=40", "-o", out}, "the nearest is \"kinect\""},
         {{"linearize", input, "--camera", camera}, "--output"},
         {{"linearize", input, "--camra", camera, "-o", out}, "did you mean --camera?"},
         {with({"--backgroud=nan"}), "did you mean --background?"},
