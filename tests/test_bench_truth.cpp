@@ -1,15 +1,10 @@
-// The bench's own truths and tables: a lens in a scene whose blur is known, summaries.
+// The truth that the bench compares with: a lens in a scene whose blur is known.
 
-#include "brute_force.hpp"
 #include "case.hpp"
 #include "catch.hpp"
-#include "errors.hpp"
-#include "figures.hpp"
 #include "judge.hpp"
 #include "lens_blur.hpp"
 #include "lens_truth.hpp"
-#include "methods.hpp"
-#include "ssao_call.hpp"
 
 using namespace fathom;
 
@@ -76,53 +71,6 @@ TEST_CASE("bench: the lens sees what the picture does, and nothing beyond the ne
             CHECK(((color - bench::sky_color()).norm() > 0.1) == is_there);
             CHECK((bench::picture_of(view)[3 * (30 * 160 + 120) + 2] != static_cast<float>(bench::sky_color()[2])) ==
                   is_there);
-        }
-    }
-}
-
-TEST_CASE("bench: the columns of its tables stay what they are", "[bench]") {
-    const auto& device = oracle::device(Arithmetic::fp64);
-    bench::Figures row{.operation = "ssao",
-                       .method = "balanced",
-                       .kind = "library",
-                       .storage = "float32",
-                       .scene = "room",
-                       .width = 640,
-                       .height = 360,
-                       .radius_px = 32};
-    row.seconds = {0.004, 0.002, 0.003};
-    row.floor = "copy";
-    row.floor_seconds = 0.001;
-    row.error = bench::summary("visibility", {0.3, -0.4, 0.0});
-    row.scene_error = bench::summary("visibility", {0.5, -0.5});
-    const std::string csv = bench::table_of(device, {row}, bench::Clock::wall).csv();
-    CHECK(csv.starts_with(
-        "device,driver,commit,operation,method,kind,storage,scene,width,height,radius_px,clock,runs,ms,"
-        "ms_q25,ms_q75,floor,floor_ms,time_to_floor,unit,mean,rms,p99,worst,points,scene_mean,scene_rms,"
-        "scene_p99,scene_worst,bytes,common\n"));
-    CHECK(csv.ends_with("ssao,balanced,library,float32,room,640,360,32,wall,3,3,3,4,copy,1,3,visibility,-0.0333333,"
-                        "0.288675,0.4,0.4,3,0,0.5,0.5,0.5,,0.212132\n"));
-}
-
-// The rays of a ridge's pixels end far behind it, below the valley. A pixel without a slope would face the camera, so that this
-// hides what its true surface hides itself.
-TEST_CASE("bench: the true ends of a terrain need no normals", "[bench][slow]") {
-    constexpr double ridge_error = 0.012;
-    const std::vector<bench::View> all = bench::views(480, 270);
-    const bench::View& view = *std::ranges::find(all, "terrain", &bench::View::name);
-    const auto image = scene::render(view.scene, view.camera());
-    bench::Case on(oracle::device(), view, image.exact, 1);
-    for (const double fraction : {0.05, 0.018}) {
-        const double radius = fraction * oracle::median_width(oracle::DepthLayer(view.camera(), image.z));
-        const auto points = oracle::ray_traced(view.scene, view.camera(), image, radius, oracle::sample_rays, 7);
-        for (const Quality quality : qualities) {
-            const std::vector<float> got = images::floats(
-                ssao(on.stored(), radius, {.sampling = Sampling{.quality = quality}, .thickness = on.backs()})
-                    .visibility);
-            const double rms = oracle::error_of(points, got, 480).rmse;
-            std::printf("terrain against rays, radius %.1f %% of the width, true ends, %s: %.4f\n", 100 * fraction,
-                        quality_names[static_cast<int>(quality)], rms);
-            CHECK(rms <= ridge_error);
         }
     }
 }
