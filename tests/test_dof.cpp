@@ -731,21 +731,6 @@ TEST_CASE("dof: a point's light becomes the aperture, all of it", "[dof]") {
     }
 }
 
-TEST_CASE("dof: one colour stays one colour", "[dof]") {
-    std::mt19937 random(7);
-    std::uniform_real_distribution<double> any(-40, 40);
-    for (const auto& [quality_name, quality] : qualities) {
-        const Picture plain(
-            150, 90, [&](int, int) { return any(random); }, [](int, int) { return 0.7; });
-        const auto got = blurred(plain, {.quality = quality});
-        double worst = 0;
-        for (std::size_t i = 0; i < got.size(); ++i)
-            worst = std::max(worst, std::abs(static_cast<double>(got[i]) / static_cast<double>(plain.color[i]) - 1));
-        std::printf("dof, %s, any depth, one colour: off by %.1e\n", quality_name, worst);
-        CHECK(worst <= 1e-5);
-    }
-}
-
 namespace {
 
 /// How many values of a tile at the left differ from the whole's, farther from its right end and rows than the reach and the halo.
