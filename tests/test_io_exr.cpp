@@ -2,7 +2,6 @@
 #include "exr_files.hpp"
 #include "io_files.hpp"
 #include "matrices.hpp"
-#include "real_inputs.hpp"
 
 #include <fathom/io.hpp>
 
@@ -253,23 +252,4 @@ TEST_CASE("exr: attributes that are longer than what they hold are refused", "[i
         const auto file = put(folder / "longer.exr", longer);
         check_says([&] { read_depth(file); }, {"longer.exr: is damaged or cut short: the sizes in its header"});
     }
-}
-
-TEST_CASE("exr: real files", "[io][real]") {
-    if (!real::there("habitat"))
-        return;
-    const fs::path& data = real::data;
-    const auto room = read_depth(data / "habitat/room.depth.exr");
-    CHECK(room.channel == "Z");
-    CHECK(room.values.size() == cv::Size(320, 240));
-
-    const auto blender = read_depth(data / "blender/perspective/sharp.exr");
-    CHECK(blender.channel == "ViewLayer.Depth.Z");
-
-    const auto sphere = read_depth(data / "openexr/beachball-singlepart.exr");
-    CHECK(sphere.values.size() == cv::Size(2048, 1556));
-    CHECK(std::isnan(value(sphere.values, 653, 400)));
-    CHECK(std::isnan(value(sphere.values, 1565, 400)));
-    CHECK(std::isnan(value(sphere.values, 1000, 244)));
-    CHECK_FALSE(std::isnan(value(sphere.values, 1000, 600)));
 }

@@ -1,7 +1,6 @@
 // Results as OpenEXR: the header of the file that they belong to, its windows, and its channels beside the new ones.
 #include "exr_files.hpp"
 #include "program.hpp"
-#include "real_inputs.hpp"
 
 #include <fathom/io.hpp>
 
@@ -188,24 +187,6 @@ TEST_CASE("exr results: a header keeps all attributes of its source, and both wi
         CHECK(exr.header(0).name() == "beauty");
         CHECK(!exr.header(0).hasPreviewImage());
         CHECK(inherited(exr.header(0)).size() > 12);
-    }
-}
-
-TEST_CASE("exr results: headers and windows of Blender's and a studio's files survive", "[real]") {
-    if (!real::there("blender"))
-        return;
-    const Folder folder;
-    const std::string camera = folder / "camera.json", result = folder / "out/z.exr";
-    write(camera, R"({"perspective": {"fov_y_deg": 60}, "encoding": "view-z", "missing": 0})");
-    for (const auto& [name, taken] : {std::pair{"blender/perspective/sharp.exr", "ViewLayer.Depth.Z"},
-                                      {"blender/orthographic/sharp.exr", "ViewLayer.Depth.Z"},
-                                      {"openexr/beachball-singlepart.exr", "Z"}}) {
-        const std::string file = (real::data / name).string();
-        const Outcome outcome = run({"linearize", file, "--camera", camera, "-o", result, "--channel", taken});
-        REQUIRE(outcome.code == 0); // with a doubt about what nobody measured
-        const Imf::MultiPartInputFile before(file.c_str()), after(result.c_str());
-        CHECK(inherited(after.header(0)) == inherited(before.header(0)));
-        CHECK(after.header(0).dataWindow() == before.header(0).dataWindow());
     }
 }
 
