@@ -21,18 +21,6 @@ fs::path encoded(const fs::path& file, const cv::Mat& image) {
 
 } // namespace
 
-TEST_CASE("read: 16-bit PNG, TIFF and PGM keep their codes", "[io]") {
-    const TempFolder folder;
-    cv::Mat codes(7, 5, CV_16UC1);
-    cv::randu(codes, 0, 65536);
-    for (const std::string name : {"a.png", "a.tif", "a.pgm"}) {
-        const auto depth = read_depth(encoded(folder / name, codes));
-        CHECK(depth.storage == Storage::uint16);
-        CHECK(depth.channel.empty());
-        CHECK(same(depth.values, codes));
-    }
-}
-
 TEST_CASE("read: codes that do not count to 65535 are refused", "[io]") {
     const TempFolder folder;
     check_says([&] { read_depth(put(folder / "a.pgm", std::string("P5\n1 1\n4095\n\1\2"))); },
