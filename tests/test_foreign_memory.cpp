@@ -207,20 +207,6 @@ TEST_CASE("foreign memory: every storage is read wherever it lies", "[foreign-me
     }
 }
 
-TEST_CASE("foreign memory: operations follow each other in a queue without an order", "[foreign-memory]") {
-    const Content content(211, 97, Storage::uint16);
-    const Bytes expected = downloaded(unproject(linearize(content.plain()).stored()));
-    const Bytes occluded = downloaded(ssao(linearize(content.plain()).stored(), 0.5).visibility);
-    const Context context;
-    const Device device = context.any_order;
-    for (int turn = 0; turn < 20; ++turn) {
-        Foreign depth(context, device, placements[3], content.shape, content.values);
-        const StoredDepth stored{depth.image, content.seen, content.storage};
-        CHECK(downloaded(unproject(linearize(stored).stored())) == expected);
-        CHECK(downloaded(ssao(linearize(stored).stored(), 0.5).visibility) == occluded);
-    }
-}
-
 TEST_CASE("foreign memory: an image is refused that does not fit its buffer", "[foreign-memory]") {
     const Context context;
     const Device device = context.in_order;
