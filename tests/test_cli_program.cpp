@@ -397,29 +397,6 @@ TEST_CASE("program: an image that is too wide is named, not its camera") {
                   "wide.pfm: an image of 130001 x 1 pixels: at most 130000 in a row or column; crop it or split it");
 }
 
-TEST_CASE("program: the first input is read beside the driver, and a missing device is told first") {
-    const Folder folder;
-    const std::string depth = depth_file(folder, "depth.exr"), camera = camera_file(folder),
-                      log = folder / "strace.log";
-    const Arguments command{"linearize", depth, "--camera", camera, "-o", folder / "z.exr"};
-    const Arguments strace{"env", "ASAN_OPTIONS=detect_leaks=0", "strace", "-f", "-qq", "-o", log, "-P", depth};
-    if (!is_missing(strace, "strace is not installed or not permitted")) {
-        const auto threads_that_open = [&](const Arguments& arguments) {
-            check_done(run(arguments, {.before = strace}));
-            std::istringstream lines(content(log));
-            std::set<std::string> threads;
-            for (std::string line; std::getline(lines, line);)
-                if (contains(line, "openat("))
-                    threads.insert(line.substr(0, line.find(' ')));
-            return threads.size();
-        };
-        CHECK(threads_that_open(command) == 2);
-        CHECK(threads_that_open(joined(command, {"--threads", "1"})) == 1);
-    }
-    write(depth, content(depth).substr(0, 500));
-    check_refused(joined(command, {"--device", "none-such"}), 3, "none-such");
-}
-
 namespace {
 
 /// A run of linearize with other variables of the environment: "-u", "HOME" takes one away.
