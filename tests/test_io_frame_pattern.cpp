@@ -1,6 +1,5 @@
 // Names of frames: what stands for a number, how the number is written, and which files on disk have such a name. The
-// values that a file gives to frames. And ranges of frames: closed forms, and fileseq's answers, which tests/frame_ranges/make
-// has written down.
+// values that a file gives to frames. And ranges of frames: fileseq's answers, which tests/frame_ranges/make has written down.
 #include "io_files.hpp"
 #include "places.hpp"
 
@@ -23,8 +22,6 @@ std::string name(const std::string& pattern, Frame frame) {
 }
 
 using Values = std::map<Frame, std::string>;
-
-using Frames = std::vector<Frame>;
 
 void check_refused(const std::string& range, const std::string& said) {
     INFO(range);
@@ -186,13 +183,6 @@ TEST_CASE("frame values: what is wrong is told with its line and the cure") {
         CHECK_THROWS_WITH(read_frame_values(file, "focus"), ContainsSubstring(said) && ContainsSubstring(file));
     }
     CHECK_THROWS_WITH(read_frame_values(folder / "none.csv", "focus"), ContainsSubstring("there is no such file"));
-}
-
-TEST_CASE("frame ranges: steps, from one frame to another and back") {
-    CHECK(parse_frames("1-10x3") == Frames{1, 4, 7, 10});
-    CHECK(parse_frames("10-1x4") == Frames{10, 6, 2});
-    CHECK(parse_frames("-3--1,0007") == Frames{-3, -2, -1, 7});
-    CHECK(parse_frames("5,1-6x2") == Frames{5, 1, 3});
 }
 
 TEST_CASE("frame ranges: fileseq reads them alike") {
