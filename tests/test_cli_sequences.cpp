@@ -285,24 +285,19 @@ TEST_CASE("sequences: a camera that lacks what others have concerns its frames o
     check_refused(command({"ssao"}), 2, "cam.####.json has no \"ao_distance\"");
 }
 
-TEST_CASE("sequences: what is wrong with a frame in the middle concerns this frame only") {
+TEST_CASE("sequences: what is wrong with the camera of a frame in the middle concerns this frame only") {
     const Shot shot({1, 2, 3});
     const Folder& folder = shot.folder;
     const Arguments command{"linearize", folder / "shot.####.exr", "--camera", folder / "cam.####.json",
                             "-o",        folder / "out/z.####.exr"};
-    const std::string whole = content(shot.file(2));
-    const auto refused = [&](const std::string& bytes, const std::string& camera, const std::string& said) {
+    const auto refused = [&](const std::string& camera, const std::string& said) {
         INFO(said);
-        write(shot.file(2), bytes);
         write(shot.own_camera(2), camera);
         check_refused(command, 1, said);
         CHECK(folder.results() == Names{"z.0001.exr", "z.0003.exr"});
     };
-    refused(whole.substr(0, whole.size() / 2), Shot::camera_of(2),
-            "shot.0002.exr"); // is there, so that nothing is held
-    refused("", Shot::camera_of(2), "shot.0002.exr: is empty");
-    refused(whole, "{", "cam.0002.json");
-    refused(whole, R"({"width": 99, "height": 9, "perspective": {"fov_y_deg": 60}})", "shot.0002.exr");
+    refused("{", "cam.0002.json");
+    refused(R"({"width": 99, "height": 9, "perspective": {"fov_y_deg": 60}})", "shot.0002.exr");
 
     write(shot.own_camera(2), Shot::camera_of(2)); // pixels that are no numbers are invalid
     cv::Mat holes = Shot::depth_of(2);

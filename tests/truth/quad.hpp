@@ -13,7 +13,6 @@ int ilogbq(QuadmathValue) noexcept;
 int isinfq(QuadmathValue) noexcept;
 QuadmathValue log1pq(QuadmathValue) noexcept;
 QuadmathValue logq(QuadmathValue) noexcept;
-QuadmathValue powq(QuadmathValue, QuadmathValue) noexcept;
 QuadmathValue sqrtq(QuadmathValue) noexcept;
 QuadmathValue tanq(QuadmathValue) noexcept;
 int quadmath_snprintf(char* text, decltype(sizeof(0)) size, const char* format, ...) noexcept;
