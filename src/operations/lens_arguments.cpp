@@ -26,13 +26,22 @@ std::string seven_digits(double value) {
 
 // Refuses what says the lens in two ways.
 void check_exclusions(const LensArguments& lens, const std::function<std::string(const std::string&)>& spelled) {
-    description::check_exclusions(
-        description::lens_excluding, lens, LensArguments{},
-        [&](const auto& visitor) {
-            description::describe(visitor, lens);
-            description::describe_circle(visitor, lens.circle);
-        },
-        spelled);
+    std::vector<std::string_view> given;
+    const auto add = [&](const char* name, const auto& field, const description::Accepts&, const auto&...) {
+        bool is_given = false;
+        if constexpr (requires { field.has_value(); })
+            is_given = field.has_value();
+        else
+            is_given = field != LensArguments{}.mm_per_unit;
+        if (is_given)
+            given.emplace_back(name);
+    };
+    description::describe(add, lens);
+    description::describe_circle(add, lens.circle);
+    for (const auto& [option, others] : description::lens_excluding)
+        for (const char* other : others)
+            if (other && std::ranges::count(given, option) > 0 && std::ranges::count(given, other) > 0)
+                throw std::invalid_argument(description::excluding(spelled(option), spelled(other)));
 }
 
 } // namespace

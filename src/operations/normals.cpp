@@ -27,9 +27,15 @@ namespace {
 
 using Vector = Eigen::Matrix<long double, 3, 1>;
 
+void check(const NormalsOptions& options) {
+    describe(description::Check{}, options);
+    if (options.noise != 0 && std::holds_alternative<MaxError>(options.method))
+        throw std::invalid_argument(description::excluding("noise", "max_error"));
+}
+
 void check(const StoredDepth& stored, const NormalsOptions& options) {
     check_stored(stored);
-    description::check_options<description::NormalsCall>(options);
+    check(options);
     require(options.space == Space::view || stored.camera.view,
             "normals in the world need the camera's view matrix, and it has none");
 }
@@ -175,7 +181,7 @@ Image normals(const StoredDepth& stored, const NormalsOptions& options, const La
 }
 
 Reach reach(const Tile& tile, const NormalsOptions& options) {
-    description::check_options<description::NormalsCall>(options);
+    check(options);
     if (std::holds_alternative<MaxError>(options.method))
         return reach(tile, chosen(tile, options));
     const int pixels = chosen_method(options, tile) == NormalMethod::least_squares

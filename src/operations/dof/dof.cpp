@@ -75,7 +75,9 @@ void check(const StoredDepth& stored, const Image& color, const DofOptions& opti
     check_picture(stored, {"color", color}, upsample_to_picture);
     if (options.clean_plate)
         check_clean_plate(*options.clean_plate, stored, color);
-    description::check_options<description::DofCall>(options);
+    describe(description::Check{}, options);
+    if (options.aperture.ratio != 1 && options.aperture.blades != 0)
+        throw std::invalid_argument(description::excluding("ratio", "blades"));
     constexpr int widest = ENTRY_COLUMN_MASK * params::dof_tile_columns;
     require<ImageTooLarge>(stored.image.width() <= widest, "an image of ",
                            ImageSize{stored.image.width(), stored.image.height()}, " pixels: at most ", widest,
