@@ -5,6 +5,7 @@
 
 #include <fathom/camera.hpp>
 
+#include "camera/circle_form.hpp"
 #include "camera/form.hpp"
 #include "camera/matrix.hpp"
 #include "require.hpp"
@@ -68,9 +69,6 @@ Affine without_noise(Affine row, const Camera& camera, Real largest_stored) {
     return row;
 }
 
-bool is_constant(const Affine& row) {
-    return row[0] == 0 && row[1] == 0 && row[2] == 0;
-}
 bool has_pixel(const Affine& row) {
     return row[1] != 0 || row[2] != 0;
 }
@@ -380,32 +378,33 @@ DepthForm depth_form(const Camera& camera, Storage storage) {
     set_stored_range(form, camera, storage);
     const Normalised u = normalised(camera, storage);
     const Real scale = camera.scale;
+    const auto near_plane = [&]() -> Real { return needed(camera.near_plane, "near", camera.encoding); };
+    const auto far_plane = [&]() -> Real { return needed(camera.far_plane, "far", camera.encoding); };
+    const auto check_order = [](Real near, Real far) {
+        require(near > 0 && far > near, "near = ", near, " and far = ", far, " must satisfy 0 < near < far");
+    };
 
     switch (camera.encoding) {
     case Encoding::window:
         set_window(form, camera, storage);
         break;
     case Encoding::view_z:
+    case Encoding::ray_distance:
         set_rational(form, {scale, 0, 0, 0}, {0, 0, 0, 1});
         break;
     case Encoding::inverse:
         set_rational(form, {0, 0, 0, scale}, {1, 0, 0, camera.offset});
         break;
     case Encoding::inverse_range: {
-        const Real near = needed(camera.near_plane, "near", camera.encoding),
-                   far = needed(camera.far_plane, "far", camera.encoding);
-        require(near > 0 && far > near, "near = ", near, " and far = ", far, " must satisfy 0 < near < far");
+        const Real near = near_plane(), far = far_plane();
+        check_order(near, far);
         const Real difference = 1 / far - 1 / near;
         set_rational(form, {0, 0, 0, 1}, {difference * u.slope, 0, 0, 1 / near + difference * u.start});
         break;
     }
-    case Encoding::ray_distance:
-        set_rational(form, {scale, 0, 0, 0}, {0, 0, 0, 1});
-        break;
     case Encoding::linear:
     case Encoding::pseudo_linear: {
-        const Real near = needed(camera.near_plane, "near", camera.encoding),
-                   far = needed(camera.far_plane, "far", camera.encoding);
+        const Real near = near_plane(), far = far_plane();
         require(near != far, "near = ", near, " and far = ", far, " must differ");
         set_rational(form, {(far - near) * u.slope, 0, 0, near + (far - near) * u.start}, {0, 0, 0, 1});
         if (camera.encoding == Encoding::pseudo_linear)
@@ -419,18 +418,16 @@ DepthForm depth_form(const Camera& camera, Storage storage) {
         break;
     }
     case Encoding::logarithmic: {
-        const Real far = needed(camera.far_plane, "far", camera.encoding), c = camera.log_c;
+        const Real far = far_plane(), c = camera.log_c;
         require(far > 0, "far = ", far, " must be above 0 for the logarithmic encoding");
         require(std::isfinite(c) && c > 0, "log_c = ", c, " must be above 0");
-        set_exponential(form, u, std::log2(c * far + 1), 1 / c,
-                        camera.from_near_plane ? needed(camera.near_plane, "near", camera.encoding) : 0);
+        set_exponential(form, u, std::log2(c * far + 1), 1 / c, camera.from_near_plane ? near_plane() : 0);
         form.reason = "z grows exponentially with the stored logarithm";
         break;
     }
     case Encoding::exponential: {
-        const Real near = needed(camera.near_plane, "near", camera.encoding),
-                   far = needed(camera.far_plane, "far", camera.encoding);
-        require(near > 0 && far > near, "near = ", near, " and far = ", far, " must satisfy 0 < near < far");
+        const Real near = near_plane(), far = far_plane();
+        check_order(near, far);
         set_exponential(form, u, std::log2(far / near), near, near);
         form.reason = "z grows exponentially with the stored value";
         break;
@@ -567,19 +564,15 @@ long double view_depth(const DepthForm& form, const Rays& rays, double x, double
 
 long double stored_depth(const Camera& camera, Storage storage, double x, double y, double z) {
     const DepthForm form = depth_form(camera, storage);
-    switch (form.form) {
-    case Form::exponential:
+    if (form.form == Form::exponential)
         return (std::log1p((z - form.offset) / form.amplitude) / std::log(2.0L) - form.start) / form.rate;
-    default: {
-        const Real distance = is_along_ray(form) ? (z - form.offset) / cosine(camera_rays(camera), x, y) : Real{z};
-        // n₀ v + n = z (m₀ v + m), n and m being what does not depend on v; at infinity only m counts.
-        const auto rest = [&](const Affine& row) { return row[1] * x + row[2] * y + row[3]; };
-        const Affine &n = form.numerator, &m = form.denominator;
-        if (std::isinf(distance))
-            return m[0] == 0 ? std::numeric_limits<Real>::infinity() : -rest(m) / m[0];
-        return (rest(n) - distance * rest(m)) / (distance * m[0] - n[0]);
-    }
-    }
+    const Real distance = is_along_ray(form) ? (z - form.offset) / cosine(camera_rays(camera), x, y) : Real{z};
+    // n₀ v + n = z (m₀ v + m), n and m being what does not depend on v; at infinity only m counts.
+    const auto rest = [&](const Affine& row) { return row[1] * x + row[2] * y + row[3]; };
+    const Affine &n = form.numerator, &m = form.denominator;
+    if (std::isinf(distance))
+        return m[0] == 0 ? std::numeric_limits<Real>::infinity() : -rest(m) / m[0];
+    return (rest(n) - distance * rest(m)) / (distance * m[0] - n[0]);
 }
 
 } // namespace fathom
