@@ -493,7 +493,7 @@ const std::vector<std::string>& camera_keys() {
 
 CameraFile read_camera_keys(const std::filesystem::path& file, const nlohmann::json& json) {
     try {
-        return read(JsonObject(file.string(), json, keys));
+        return read(JsonObject(file, json, keys));
     } catch (const std::invalid_argument& error) { // what the projection's builder says
         refuse(file, error.what());
     }
@@ -511,13 +511,7 @@ Camera preset_camera(const std::string& text, int width, int height) {
 
 CameraFile preset_file(const std::string& text) {
     const std::string source = "preset " + text;
-    try {
-        return read(JsonObject(source, io::parsed_preset(source, text), keys));
-    } catch (const std::invalid_argument& error) {
-        io::refuse(source, error.what());
-    } catch (const nlohmann::json::exception&) { // a text that is none
-        io::refuse(source, "cannot be read; write NAME:key=value,key=value in plain letters");
-    }
+    return io::read_camera_keys(source, io::parsed_preset(source, text));
 }
 
 Camera camera_for(const CameraFile& file, int width, int height) {

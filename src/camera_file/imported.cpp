@@ -198,14 +198,7 @@ json parsed_json_or_glb(const fs::path& file) {
 ImportedCamera completed(const fs::path& file, Imported imported, const ImportOptions& options) {
     json& keys = imported.keys;
     if (!options.preset.empty()) {
-        const std::string source = "preset " + options.preset;
-        json said;
-        try {
-            said = parsed_preset(source, options.preset);
-            static_cast<void>(said.dump()); // throws for a text that is none
-        } catch (const json::exception&) {
-            refuse(source, "cannot be read; write NAME:key=value,key=value in plain letters");
-        }
+        const json said = parsed_preset("preset " + options.preset, options.preset);
         if (said.contains("preset") && keys.contains("preset") && said["preset"] != keys["preset"])
             refuse(file, "has the preset " + shown(keys["preset"]) + ", not " + shown(said["preset"]) +
                              "; leave one of the two out");

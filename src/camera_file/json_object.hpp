@@ -32,8 +32,8 @@ void merge(nlohmann::json& keys, const nlohmann::json& by);
 class JsonObject {
 public:
     /// `source` stands in messages: a file's name, or what takes its place.
-    JsonObject(const std::string& source, nlohmann::json value, const std::vector<std::string>& known)
-        : JsonObject(std::filesystem::path(source), "", std::move(value), known) {}
+    JsonObject(std::filesystem::path source, nlohmann::json value, const std::vector<std::string>& known)
+        : JsonObject(std::move(source), "", std::move(value), known) {}
 
     /// Takes over what another object has and this one has not. Nothing is checked.
     void fill_in(const nlohmann::json& defaults);

@@ -286,6 +286,11 @@ nlohmann::json parsed_preset(const std::string& source, const std::string& text)
             refuse(source, "\"" + key + "\" is given twice; keep one");
         target[key] = value_of(item.substr(equals + 1));
     }
+    try {
+        static_cast<void>(file.dump()); // throws for a text that is none
+    } catch (const nlohmann::json::exception&) {
+        refuse(source, "cannot be read; write NAME:key=value,key=value in plain letters");
+    }
     return file;
 }
 
