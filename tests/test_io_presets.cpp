@@ -410,10 +410,10 @@ TEST_CASE("presets: as text", "[presets]") {
     check_says(refused("mujoco:near=1,far=inf,fov_y_deg=45"), {"far"});
     CHECK(preset_file("carla:fov_x_deg=90,width=800,height=600").camera.width == 800);
     CHECK(preset_file("isaac-ray:fov_x_deg=90,background=infinity").camera.background == INFINITY);
-    for (const std::string number : {"90.", "9e1", ".9e2", "900e-1", "090.0"})
+    for (const std::string number : {"90.0", "9e1", "0.9e2", "900e-1", " 90"})
         CHECK(preset_camera("carla:fov_x_deg=" + number, 800, 600).projection.matrix ==
               preset_camera("carla:fov_x_deg=90", 800, 600).projection.matrix);
-    for (const std::string none : {"+90", " 90", "90 ", "0x5a", "9e", "9.0.0", "90deg", "1e999", "-", "."})
+    for (const std::string none : {"+90", "90.", ".9e2", "090.0", "0x5a", "9e", "9.0.0", "90deg", "1e999", "-", "."})
         check_says(refused("carla:fov_x_deg=" + none), {"fov_x_deg"});
 }
 

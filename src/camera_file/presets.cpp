@@ -6,9 +6,6 @@
 #include <fathom/presets.hpp>
 
 #include <algorithm>
-#include <charconv>
-#include <locale>
-#include <sstream>
 #include <string_view>
 
 namespace fathom {
@@ -244,20 +241,10 @@ const std::vector<Preset>& presets() {
 namespace io {
 namespace {
 
+// A number, true or false as JSON has it; all else is text.
 nlohmann::json value_of(std::string_view text) {
-    if (text == "true" || text == "false")
-        return text == "true";
-    const char* end = text.data() + text.size();
-    long long whole = 0;
-    if (const auto [read, error] = std::from_chars(text.data(), end, whole); error == std::errc() && read == end)
-        return whole;
-    // Not by from_chars, which libc++ has for integers only.
-    std::istringstream stream{std::string(text)};
-    stream.imbue(std::locale::classic());
-    const bool may_be_number = text.find_first_of("0123456789.-") == 0; // a stream reads blanks and "+1", too
-    if (double number = 0; may_be_number && stream >> number && stream.eof())
-        return number;
-    return std::string(text);
+    const auto value = nlohmann::json::parse(text, nullptr, false);
+    return value.is_number() || value.is_boolean() ? value : nlohmann::json(text);
 }
 
 } // namespace
