@@ -275,13 +275,11 @@ public:
     }
 
     std::optional<Edges> edges() const {
+        static const Option option{{"keep", "sharpen"}, "edges"}; // as Edges has them
         const nb::handle given = in(arguments_, "edges");
-        for (const auto& [name, value] : {std::pair{"keep", Edges::keep}, {"sharpen", Edges::sharpen}})
-            if (PyUnicode_Check(given.ptr()) && PyUnicode_CompareWithASCIIString(given.ptr(), name) == 0)
-                return value;
-        if (!given.is_none())
-            throw std::invalid_argument(text("edges = ", in_short(given), " must be keep or sharpen"));
-        return std::nullopt;
+        if (given.is_none())
+            return std::nullopt;
+        return static_cast<Edges>(std::get<std::size_t>(value_of(option, given)));
     }
 
     // `picture`: whose size that gets, if there is one.
@@ -530,17 +528,13 @@ void bind_operations(nb::module_& module) {
     module.def("_restore_highlights", [](const Floats& light, double highlights) {
         restore_highlights({light.data(), light.size()}, on_host(light).channels, highlights);
     });
+    nb::class_<ShotFrame>(module, "_ShotFrame");
     module.def("_shot_frame", [](const Floats& stored) {
         const Unlocked released;
-        ShotFrame frame = shot_frame(on_host(stored));
-        frame.cells.insert(frame.cells.end(), {frame.least, frame.greatest});
-        return frame.cells;
+        return shot_frame(on_host(stored));
     });
-    module.def("_steady_ranges", [](const std::vector<std::vector<double>>& shot) {
+    module.def("_steady_ranges", [](const std::vector<ShotFrame>& frames) {
         const Unlocked released;
-        std::vector<ShotFrame> frames;
-        for (const std::vector<double>& frame : shot)
-            frames.push_back({{frame.begin(), frame.end() - 2}, *(frame.end() - 2), frame.back()});
         std::vector<std::array<double, 2>> ranges;
         for (const auto& [least, greatest, is_first] : steady_ranges(frames))
             ranges.push_back({least, greatest});
