@@ -144,9 +144,9 @@ Eigen::Matrix4d camera_to_world(const Frame& frame) {
         refuse(frame.file, "\"" + path + "\" is missing; it is the camera's place");
     const json& rows = frame.own["transform_matrix"];
     const auto is_row = [](const json& row) { return are_numbers(row) && row.size() == 4; };
-    if (!rows.is_array() || (rows.size() != 3 && rows.size() != 4) || !std::ranges::all_of(rows, is_row))
+    if (!rows.is_array() || rows.size() != 4 || !std::ranges::all_of(rows, is_row))
         refuse(frame.file, "\"" + path + "\": " + shown(rows) + " must be four rows of four numbers");
-    Eigen::Matrix4d matrix = Eigen::Matrix4d::Identity();
+    Eigen::Matrix4d matrix;
     for (std::size_t r = 0; r < rows.size(); ++r)
         matrix.row(static_cast<Eigen::Index>(r)) =
             Eigen::Map<const Eigen::RowVector4d>(rows[r].get<std::vector<double>>().data());
