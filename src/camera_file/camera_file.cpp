@@ -493,7 +493,7 @@ const std::vector<std::string>& camera_keys() {
 
 CameraFile read_camera_keys(const std::filesystem::path& file, const nlohmann::json& json) {
     try {
-        return read(JsonObject(file, json, keys));
+        return read(JsonObject(file, "", json, keys));
     } catch (const std::invalid_argument& error) { // what the projection's builder says
         refuse(file, error.what());
     }

@@ -38,22 +38,20 @@ std::size_t index_in(const fs::path& file, const json& value, const json& array,
 }
 
 /// A node's place within its parent.
-Eigen::Matrix4d local_matrix(const fs::path& file, const json& node, const std::string& path) {
-    if (node.contains("matrix")) // in columns
-        return Eigen::Map<const Eigen::Matrix4d>(numbers_at(file, node, "matrix", 16, path).data());
+Eigen::Matrix4d local_matrix(const JsonObject& node) {
+    if (const auto columns = node.numbers("matrix", 16))
+        return Eigen::Map<const Eigen::Matrix4d>(columns->data());
     Eigen::Affine3d place = Eigen::Affine3d::Identity();
-    if (node.contains("translation"))
-        place.translate(Eigen::Map<const Eigen::Vector3d>(numbers_at(file, node, "translation", 3, path).data()));
-    if (node.contains("rotation")) {
-        const auto xyzw = numbers_at(file, node, "rotation", 4, path);
-        const Eigen::Quaterniond rotation(xyzw[3], xyzw[0], xyzw[1], xyzw[2]);
+    if (const auto xyz = node.numbers("translation", 3))
+        place.translate(Eigen::Map<const Eigen::Vector3d>(xyz->data()));
+    if (const auto xyzw = node.numbers("rotation", 4)) {
+        const Eigen::Quaterniond rotation(xyzw->data());
         if (!(rotation.norm() > 0))
-            refuse(file, "\"" + path + "rotation\": " + shown(node["rotation"]) + " must be a quaternion, not 0");
+            node.refuse_value("rotation", "must be a quaternion, not 0");
         place.rotate(rotation.normalized());
     }
-    if (node.contains("scale"))
-        place.scale(
-            Eigen::Vector3d(Eigen::Map<const Eigen::Vector3d>(numbers_at(file, node, "scale", 3, path).data())));
+    if (const auto xyz = node.numbers("scale", 3))
+        place.scale(Eigen::Vector3d(Eigen::Map<const Eigen::Vector3d>(xyz->data())));
     return place.matrix();
 }
 
@@ -68,7 +66,7 @@ Eigen::Matrix4d world_matrix(const fs::path& file, const json& nodes, std::size_
     for (std::optional<std::size_t> at = node; at; at = parents[*at]) {
         if (++depth > nodes.size())
             refuse(file, "has a node that is its own ancestor; export it again");
-        matrix = local_matrix(file, nodes[*at], "nodes[" + std::to_string(*at) + "].") * matrix;
+        matrix = local_matrix({file, "nodes[" + std::to_string(*at) + "]", nodes[*at]}) * matrix;
     }
     for (Eigen::Index c = 0; c < 3; ++c) {
         const double length = matrix.col(c).head<3>().norm();
@@ -86,35 +84,28 @@ Eigen::Matrix4d world_matrix(const fs::path& file, const json& nodes, std::size_
     return matrix;
 }
 
-double needed(const fs::path& file, const json& object, const std::string& key, const std::string& path) {
-    const auto number = number_at(file, object, key, path);
-    if (!number)
-        refuse(file, "\"" + path + key + "\" is missing; glTF requires it");
-    return *number;
-}
-
 /// Keys of the projection.
-json projection_of(const fs::path& file, const json& camera, const std::string& path) {
-    const std::string type = camera.is_object() ? camera.value("type", json()).dump() : "null";
-    if (type != "\"perspective\"" && type != "\"orthographic\"")
-        refuse(file, "\"" + path + "type\": " + type + " must be \"perspective\" or \"orthographic\"");
-    const std::string kind = type.substr(1, type.size() - 2), inner = path + kind + ".";
-    const json own = camera.value(kind, json());
-    if (kind == "orthographic") {
-        const double x = needed(file, own, "xmag", inner), y = needed(file, own, "ymag", inner);
+json projection_of(const JsonObject& camera) {
+    const auto kind =
+        camera.one_of<std::string>("type", {{"perspective", "perspective"}, {"orthographic", "orthographic"}});
+    if (!kind || !camera.has(*kind))
+        camera.refuse_missing(kind.value_or("type"), "glTF requires it");
+    const JsonObject own = camera.object(*kind);
+    if (*kind == "orthographic") {
+        const double x = own.needed("xmag"), y = own.needed("ymag");
         return {{"orthographic",
                  {{"left", -x},
                   {"right", x},
                   {"bottom", -y},
                   {"top", y},
-                  {"near", needed(file, own, "znear", inner)},
-                  {"far", needed(file, own, "zfar", inner)}}}};
+                  {"near", own.needed("znear")},
+                  {"far", own.needed("zfar")}}}};
     }
-    const auto far = number_at(file, own, "zfar", inner);
-    json keys{{"fov_y_deg", needed(file, own, "yfov", inner) * 180 / std::numbers::pi},
-              {"near", needed(file, own, "znear", inner)},
+    const auto far = own.number("zfar");
+    json keys{{"fov_y_deg", own.needed("yfov") * 180 / std::numbers::pi},
+              {"near", own.needed("znear")},
               {"far", far ? json(*far) : json("infinity")}};
-    if (const auto aspect = number_at(file, own, "aspectRatio", inner))
+    if (const auto aspect = own.number("aspectRatio"))
         keys["aspect"] = *aspect;
     return {{"perspective", keys}};
 }
@@ -147,7 +138,7 @@ Imported import_gltf(const fs::path& file, const json& gltf, const ImportOptions
         refuse(file, "has cameras and no node that places one; export the scene with its cameras");
     const auto place = places[chosen(file, names, options.node, {}, "camera", "--node")];
     const auto camera = nodes[place]["camera"].get<std::size_t>();
-    Imported imported{.keys = projection_of(file, cameras[camera], "cameras[" + std::to_string(camera) + "]."),
+    Imported imported{.keys = projection_of({file, "cameras[" + std::to_string(camera) + "]", cameras[camera]}),
                       .otherwise = {{"encoding", "window"}}};
     imported.has_aspect = imported.keys.contains("perspective") && imported.keys["perspective"].contains("aspect");
     imported.keys["camera_to_world"] = rows_of(world_matrix(file, nodes, place));

@@ -157,26 +157,8 @@ json rows_of(const Eigen::Matrix4d& matrix) {
     return rows;
 }
 
-std::optional<double> number_at(const fs::path& file, const json& object, const std::string& key,
-                                const std::string& path) {
-    if (!object.is_object() || !object.contains(key))
-        return std::nullopt;
-    if (!object[key].is_number())
-        refuse(file, "\"" + path + key + "\": " + shown(object[key]) + " must be a number");
-    return object[key].get<double>();
-}
-
 std::string text_at(const json& object, const std::string& key) {
     return object.contains(key) && object[key].is_string() ? object[key].get<std::string>() : std::string();
-}
-
-std::vector<double> numbers_at(const fs::path& file, const json& object, const std::string& key, std::size_t count,
-                               const std::string& path) {
-    const json list = object.value(key, json());
-    if (!are_numbers(list) || list.size() != count)
-        refuse(file,
-               "\"" + path + key + "\": " + shown(list) + " must be a list of " + std::to_string(count) + " numbers");
-    return list.get<std::vector<double>>();
 }
 
 json parsed_json_or_glb(const fs::path& file) {
@@ -235,7 +217,7 @@ Imported import_parsed(const fs::path& file, json json, const ImportOptions& opt
     if (options.undistorted)
         refuse(file, "is no calibration of OpenCV or ROS, which --undistorted is for; leave it out");
     return gltf                 ? import_gltf(file, json, options)
-           : transforms         ? import_transforms(file, json, options)
+           : transforms         ? import_transforms(file, std::move(json), options)
            : bop                ? import_bop(file, json, options)
            : open3d             ? import_open3d(file, json, options)
            : is_realsense(json) ? import_realsense(file, json)

@@ -44,21 +44,13 @@ Imported import_open3d(const std::filesystem::path& file, const nlohmann::json& 
 Imported import_bop(const std::filesystem::path& file, const nlohmann::json& json, const ImportOptions& options);
 Imported import_realsense(const std::filesystem::path& file, const nlohmann::json& json);
 Imported import_gltf(const std::filesystem::path& file, const nlohmann::json& gltf, const ImportOptions& options);
-Imported import_transforms(const std::filesystem::path& file, const nlohmann::json& json, const ImportOptions& options);
+Imported import_transforms(const std::filesystem::path& file, nlohmann::json json, const ImportOptions& options);
 
 /// The JSON of a file, or of the first chunk of a binary glTF.
 nlohmann::json parsed_json_or_glb(const std::filesystem::path& file);
 
-/// A finite number under a key, which `path` leads to.
-std::optional<double> number_at(const std::filesystem::path& file, const nlohmann::json& object, const std::string& key,
-                                const std::string& path = {});
-
 /// The text under a key; empty where there is none.
 std::string text_at(const nlohmann::json& object, const std::string& key);
-
-/// So many numbers in a list.
-std::vector<double> numbers_at(const std::filesystem::path& file, const nlohmann::json& object, const std::string& key,
-                               std::size_t count, const std::string& path);
 
 /// The place of the name that is wanted: as it stands, or the one file whose name without folders and extension is
 /// that. Without a wish the only one, or the one that is called like the depth. `option` is the program's, `what` the

@@ -20,17 +20,17 @@ using nlohmann::json;
 namespace fathom::io {
 namespace {
 
-std::vector<double> transposed(const std::vector<double>& matrix, std::size_t size) {
-    std::vector<double> turned(matrix.size());
-    for (std::size_t i = 0; i < matrix.size(); ++i)
-        turned[i % size * size + i / size] = matrix[i];
-    return turned;
+std::vector<double> transposed(std::vector<double> m) { // 3 x 3
+    std::swap(m[1], m[3]);
+    std::swap(m[2], m[6]);
+    std::swap(m[5], m[7]);
+    return m;
 }
 
-void add_pixels(const fs::path& file, const json& object, const std::string& path, json& keys) {
+void add_pixels(const JsonObject& own, json& keys) {
     for (const char* key : {"width", "height"})
-        if (const auto pixels = number_at(file, object, key, path))
-            keys[key] = object[key];
+        if (const auto pixels = own.count(key))
+            keys[key] = *pixels;
 }
 
 constexpr const char* no_values = "name its source or give the keys: --preset kinect, or --preset "
@@ -46,11 +46,10 @@ bool is_scene(const json& object) {
 }
 
 /// Millimetres of codes, and metres of the scene.
-json values_by(const fs::path& file, const json& object, const std::string& path) {
-    const double millimetres = number_at(file, object, "depth_scale", path).value_or(1);
+json values_by(const JsonObject& own) {
+    const double millimetres = own.number("depth_scale").value_or(1);
     if (!(millimetres > 0))
-        refuse(file, "\"" + path + "depth_scale\": " + shown(object["depth_scale"]) +
-                         " must be positive: how many millimetres a code is");
+        own.refuse_value("depth_scale", "must be positive: how many millimetres a code is");
     return {{"encoding", "view-z"}, {"scale", 0.001 * millimetres}, {"missing", 0}};
 }
 
@@ -76,16 +75,13 @@ Imported import_open3d(const fs::path& file, const json& object, const ImportOpt
             options);
     }
     const bool has_place = !object.contains("intrinsic_matrix");
-    const json& camera = has_place ? object["intrinsic"] : object;
-    const std::string path = has_place ? "intrinsic." : "";
+    const JsonObject whole(file, "", object), camera = has_place ? whole.object("intrinsic") : whole;
     Imported imported{.keys = {{"view_axes", "opencv"}}, .cure = no_values};
-    add_pixels(file, camera, path, imported.keys);
-    imported.keys["intrinsics"] = intrinsics_of(
-        file, transposed(numbers_at(file, camera, "intrinsic_matrix", 9, path), 3), 3, "intrinsic_matrix");
-    if (has_place && object.contains("extrinsic")) {
-        const std::vector<double> place = numbers_at(file, object, "extrinsic", 16, "");
-        imported.keys["view"] = rows_of(Eigen::Map<const Eigen::Matrix4d>(place.data()));
-    }
+    add_pixels(camera, imported.keys);
+    imported.keys["intrinsics"] =
+        intrinsics_of(file, transposed(camera.numbers("intrinsic_matrix", 9).value()), 3, "intrinsic_matrix");
+    if (const auto place = whole.numbers("extrinsic", 16); place && has_place)
+        imported.keys["view"] = rows_of(Eigen::Map<const Eigen::Matrix4d>(place->data()));
     return imported;
 }
 
@@ -97,11 +93,12 @@ bool is_bop(const json& object) {
 Imported import_bop(const fs::path& file, const json& object, const ImportOptions& options) {
     Imported imported{.keys = {{"view_axes", "opencv"}}};
     if (!is_scene(object)) { // the camera of a dataset
+        const JsonObject own(file, "", object);
         json& pixels = imported.keys["intrinsics"] = {{"pixel_origin", "centre"}};
         for (const char* key : {"fx", "fy", "cx", "cy"})
-            pixels[key] = number_at(file, object, key).value_or(0);
-        add_pixels(file, object, "", imported.keys);
-        imported.otherwise = values_by(file, object, "");
+            pixels[key] = own.number(key).value_or(0);
+        add_pixels(own, imported.keys);
+        imported.otherwise = values_by(own);
         return imported;
     }
     std::vector<std::string> numbers, names; // frame 7 is 000007.png
@@ -114,16 +111,14 @@ Imported import_bop(const fs::path& file, const json& object, const ImportOption
     std::ranges::transform(numbers, std::back_inserter(names), as_named);
     const std::string wanted = options.image.empty() ? "" : as_named(options.image);
     const std::string& number = numbers[chosen(file, names, wanted, options.depth, "image", "--image")];
-    const std::string path = number + ".";
-    const json& frame = object[number];
-    imported.keys["intrinsics"] = intrinsics_of(file, numbers_at(file, frame, "cam_K", 9, path), 3, path + "cam_K");
-    imported.otherwise = values_by(file, frame, path);
-    if (frame.contains("cam_R_w2c") && frame.contains("cam_t_w2c")) {
-        const std::vector<double> turn = transposed(numbers_at(file, frame, "cam_R_w2c", 9, path), 3),
-                                  place = numbers_at(file, frame, "cam_t_w2c", 3, path);
+    const JsonObject frame(file, number, object[number]);
+    imported.keys["intrinsics"] = intrinsics_of(file, frame.numbers("cam_K", 9).value(), 3, number + ".cam_K");
+    imported.otherwise = values_by(frame);
+    const auto turn = frame.numbers("cam_R_w2c", 9), place = frame.numbers("cam_t_w2c", 3);
+    if (turn && place) {
         Eigen::Matrix4d view = Eigen::Matrix4d::Identity();
-        view.topLeftCorner<3, 3>() = Eigen::Map<const Eigen::Matrix3d>(turn.data());
-        view.topRightCorner<3, 1>() = 0.001 * Eigen::Map<const Eigen::Vector3d>(place.data());
+        view.topLeftCorner<3, 3>() = Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(turn->data());
+        view.topRightCorner<3, 1>() = 0.001 * Eigen::Map<const Eigen::Vector3d>(place->data());
         imported.keys["view"] = rows_of(view);
     }
     return imported;
@@ -138,12 +133,12 @@ Imported import_realsense(const fs::path& file, const json& object) {
     Imported imported{.keys = {{"view_axes", "opencv"}},
                       .cure = "name its source or give the keys: --preset realsense, or --preset "
                               "encoding=view-z,scale=0.0001"};
+    const JsonObject own(file, "", object);
     json& pixels = imported.keys["intrinsics"] = {{"pixel_origin", "centre"}};
     for (const auto& [key, name] : {std::pair{"fx", "fx"}, {"fy", "fy"}, {"cx", "ppx"}, {"cy", "ppy"}})
-        pixels[key] = number_at(file, object, name).value_or(0);
-    add_pixels(file, object, "", imported.keys);
-    const std::vector<double> k =
-        object.contains("coeffs") ? numbers_at(file, object, "coeffs", 5, "") : std::vector<double>(5);
+        pixels[key] = own.number(name).value_or(0);
+    add_pixels(own, imported.keys);
+    const std::vector<double> k = own.numbers("coeffs", 5).value_or(std::vector<double>(5));
     // "distortion.brown_conrady" of Python, "Brown Conrady" of rs-enumerate-devices
     std::string model = lower(object.value("model", json("none")).dump());
     std::erase(model, '"');

@@ -1,4 +1,4 @@
-// A JSON object whose keys are known.
+// A JSON object, whose keys may be known.
 #include "json_object.hpp"
 
 #include "file.hpp"
@@ -101,7 +101,8 @@ JsonObject::JsonObject(std::filesystem::path file, std::string name, json value,
     if (!value_.is_object())
         refuse(file_,
                (name_.empty() ? "holds " : "\"" + name_ + "\": ") + shown(value_) + "; it must be an object, {...}");
-    check_keys(above);
+    if (!known_.empty())
+        check_keys(above);
 }
 
 void JsonObject::check_keys(const std::vector<std::string>& above) const {
@@ -179,7 +180,7 @@ std::optional<std::string> JsonObject::string(const std::string& key) const {
 
 std::optional<std::vector<double>> JsonObject::numbers(const std::string& key, std::size_t how_many) const {
     const auto fits = [&](const json& each) { return are_numbers(each) && each.size() == how_many; };
-    return value<std::vector<double>>(key, fits, "must be " + std::to_string(how_many) + " numbers, [...]");
+    return value<std::vector<double>>(key, fits, "must be a list of " + std::to_string(how_many) + " numbers");
 }
 
 std::optional<std::vector<double>> JsonObject::list(const std::string& key) const {

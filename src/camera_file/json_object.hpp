@@ -27,19 +27,20 @@ bool are_numbers(const nlohmann::json& list);
 /// Gives an object the keys of another, and so its objects, of which both keep what only one has.
 void merge(nlohmann::json& keys, const nlohmann::json& by);
 
-/// A JSON object whose keys are known. Whatever is not as it should be is refused with the file, the key, its value
-/// and what would be right.
+/// A JSON object, whose keys may be known. Whatever is not as it should be is refused with the file, the key, its value and what would
+/// be right.
 class JsonObject {
 public:
-    /// `source` stands in messages: a file's name, or what takes its place.
-    JsonObject(std::filesystem::path source, nlohmann::json value, const std::vector<std::string>& known)
-        : JsonObject(std::move(source), "", std::move(value), known) {}
+    /// `file` stands in messages: a file's name, or what takes its place. `name`: of the object within the file, empty for the
+    /// outermost. `known`: its keys; of none any key will do. `above`: the known keys of the object that holds this one.
+    JsonObject(std::filesystem::path file, std::string name, nlohmann::json value,
+               const std::vector<std::string>& known = {}, const std::vector<std::string>& above = {});
 
     /// Takes over what another object has and this one has not. Nothing is checked.
     void fill_in(const nlohmann::json& defaults);
 
     /// The object under a key.
-    JsonObject object(const std::string& key, const std::vector<std::string>& known) const;
+    JsonObject object(const std::string& key, const std::vector<std::string>& known = {}) const;
 
     const std::filesystem::path& file() const { return file_; }
 
@@ -87,18 +88,15 @@ public:
     [[noreturn]] void refuse_whole(const std::string& what) const;
 
 private:
-    JsonObject(std::filesystem::path file, std::string name, nlohmann::json value,
-               const std::vector<std::string>& known, const std::vector<std::string>& above = {});
     /// A value that `fits`; any other is refused.
     template <typename Value, typename Fits>
     std::optional<Value> value(const std::string& key, const Fits& fits, const std::string& must) const;
-    /// `above`: the keys of the object that holds this one.
     void check_keys(const std::vector<std::string>& above) const;
     std::string path_to(const std::string& key) const { return name_.empty() ? key : name_ + "." + key; }
 
     std::filesystem::path file_;
-    std::string name_;               ///< of this object within the file; empty for the outermost
-    std::vector<std::string> known_; ///< keys
+    std::string name_;
+    std::vector<std::string> known_;
     nlohmann::json value_;
 };
 

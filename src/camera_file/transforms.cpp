@@ -22,23 +22,14 @@ constexpr double millimetre = 0.001; // nerfstudio's default of depth_unit_scale
 
 /// A frame's own keys come before the file's.
 struct Frame {
-    const fs::path& file;
-    const json& own;
-    const json& common;
-    std::string path; ///< "frames[3]."
+    JsonObject own, common;
 
-    std::optional<double> number(const std::string& key) const {
-        const auto of_frame = number_at(file, own, key, path);
-        return of_frame ? of_frame : number_at(file, common, key);
-    }
-    const json* value(const std::string& key) const {
-        return own.contains(key) ? &own[key] : common.contains(key) ? &common[key] : nullptr;
-    }
+    const JsonObject& with(const std::string& key) const { return own.has(key) ? own : common; }
+    std::optional<double> number(const std::string& key) const { return with(key).number(key); }
 };
 
 bool is_panorama(const Frame& frame) {
-    const json* model = frame.value("camera_model");
-    return model && *model == "EQUIRECTANGULAR";
+    return frame.with("camera_model").holds("camera_model", "EQUIRECTANGULAR");
 }
 
 /// nerfstudio's panorama: pi (x - cx)/fx to the right and pi (cy - y)/fy up, all directions without these.
@@ -62,30 +53,28 @@ json panorama_of(const Frame& frame) {
 json lens_of(const Frame& frame) {
     constexpr std::array pinholes{"SIMPLE_PINHOLE", "PINHOLE", "SIMPLE_RADIAL", "RADIAL", "OPENCV"};
     constexpr std::array fisheyes{"OPENCV_FISHEYE", "SIMPLE_RADIAL_FISHEYE", "RADIAL_FISHEYE"};
-    const json* model = frame.value("camera_model");
+    const JsonObject& holder = frame.with("camera_model");
     const auto is_one_of = [&](const auto& names) {
-        return model && std::ranges::any_of(names, [&](const char* each) { return *model == each; });
+        return std::ranges::any_of(names, [&](const char* each) { return holder.holds("camera_model", each); });
     };
-    if (model && !is_one_of(pinholes) && !is_one_of(fisheyes))
-        refuse(frame.file, "\"camera_model\": " + shown(*model) +
-                               " is a lens that Fathom does not know; undo it first: "
-                               "colmap image_undistorter makes images and cameras without");
+    if (holder.has("camera_model") && !is_one_of(pinholes) && !is_one_of(fisheyes))
+        holder.refuse_value("camera_model", "is a lens that Fathom does not know; undo it first: colmap "
+                                            "image_undistorter makes images and cameras without");
     const auto k = [&](const char* key) { return frame.number(key).value_or(0); };
-    const json* is_fisheye = frame.value("is_fisheye");
-    if (is_one_of(fisheyes) || (is_fisheye && *is_fisheye != false))
-        return fisheye_lens(frame.file, {k("k1"), k("k2"), k("k3"), k("k4")}, "k1");
+    if (is_one_of(fisheyes) || frame.with("is_fisheye").boolean("is_fisheye").value_or(false))
+        return fisheye_lens(frame.common.file(), {k("k1"), k("k2"), k("k3"), k("k4")}, "k1");
     for (const char* key : {"k4", "k5", "k6"}) // nerfstudio's k4 is that of r⁸, which OpenCV has not
         if (k(key) != 0)
-            refuse(frame.file, std::string("\"") + key + "\": " + shown_number(k(key)) +
-                                   " is a coefficient that Fathom does not know; undo the distortion first: colmap "
-                                   "image_undistorter makes images and cameras without");
-    return opencv_lens(frame.file, {k("k1"), k("k2"), k("p1"), k("p2"), k("k3")}, "k1");
+            frame.with(key).refuse_value(
+                key, "is a coefficient that Fathom does not know; undo the distortion first: colmap "
+                     "image_undistorter makes images and cameras without");
+    return opencv_lens(frame.common.file(), {k("k1"), k("k2"), k("p1"), k("p2"), k("k3")}, "k1");
 }
 
 std::optional<int> pixels(const Frame& frame, const std::string& key) {
     const auto count = frame.number(key);
     if (count && !(*count >= 1 && *count <= 1e9 && *count == std::floor(*count)))
-        refuse(frame.file, "\"" + key + "\": " + shown(*count) + " must be a whole number from 1 on");
+        frame.with(key).refuse_value(key, "must be a whole number from 1 on");
     return count ? std::optional(static_cast<int>(*count)) : std::nullopt;
 }
 
@@ -97,8 +86,8 @@ std::optional<double> angle(const Frame& frame, const std::string& degrees, cons
     else
         value = frame.number(radians);
     if (value && !(*value > 0 && *value < std::numbers::pi))
-        refuse(frame.file,
-               "\"" + (frame.number(degrees) ? degrees : radians) + "\" must lie between 0 and 180 degrees");
+        frame.common.refuse_whole("\"" + (frame.number(degrees) ? degrees : radians) +
+                                  "\" must lie between 0 and 180 degrees");
     return value;
 }
 
@@ -122,12 +111,13 @@ json projection_of(const Frame& frame) {
         return keys;
     }
     if (!fx && !fy)
-        refuse(frame.file, "has neither \"fl_x\" nor \"camera_angle_x\" with \"w\"; give the focal length in pixels");
+        frame.common.refuse_whole(
+            "has neither \"fl_x\" nor \"camera_angle_x\" with \"w\"; give the focal length in pixels");
     const auto middle = [&](const std::string& key, std::optional<int> size, const std::string& of_size) {
         if (const auto c = frame.number(key))
             return *c;
         if (!size)
-            refuse(frame.file, "\"" + key + "\" is missing, and so is \"" + of_size + "\"; give one of them");
+            frame.common.refuse_missing(key, "give it or \"" + of_size + "\"");
         return *size / 2.0;
     };
     keys["intrinsics"] = {{"fx", fx.value_or(fy.value_or(0))},
@@ -139,34 +129,26 @@ json projection_of(const Frame& frame) {
 }
 
 Eigen::Matrix4d camera_to_world(const Frame& frame) {
-    const std::string path = frame.path + "transform_matrix";
-    if (!frame.own.contains("transform_matrix"))
-        refuse(frame.file, "\"" + path + "\" is missing; it is the camera's place");
-    const json& rows = frame.own["transform_matrix"];
-    const auto is_row = [](const json& row) { return are_numbers(row) && row.size() == 4; };
-    if (!rows.is_array() || rows.size() != 4 || !std::ranges::all_of(rows, is_row))
-        refuse(frame.file, "\"" + path + "\": " + shown(rows) + " must be four rows of four numbers");
-    Eigen::Matrix4d matrix;
-    for (std::size_t r = 0; r < rows.size(); ++r)
-        matrix.row(static_cast<Eigen::Index>(r)) =
-            Eigen::Map<const Eigen::RowVector4d>(rows[r].get<std::vector<double>>().data());
+    const auto matrix = frame.own.matrix("transform_matrix");
+    if (!matrix)
+        frame.own.refuse_missing("transform_matrix", "it is the camera's place");
     constexpr double rounding = 1e-3; // of files that people wrote
-    const Eigen::Matrix3d turn = matrix.topLeftCorner<3, 3>();
+    const Eigen::Matrix3d turn = matrix->topLeftCorner<3, 3>();
     if (!(turn * turn.transpose()).isApprox(Eigen::Matrix3d::Identity(), rounding))
-        refuse(frame.file,
-               "\"" + path + "\" has a scale or a shear, and a camera is only turned and moved; take it out");
-    return matrix;
+        frame.own.refuse_value("transform_matrix",
+                               "has a scale or a shear, and a camera is only turned and moved; take it out");
+    return *matrix;
 }
 
 /// What the depth's values mean, if anything says that there is depth.
 json encoding_of(const Frame& frame) {
-    const bool ngp = frame.common.contains("integer_depth_scale");
+    const bool ngp = frame.common.has("integer_depth_scale");
     const std::string key = ngp ? "integer_depth_scale" : "depth_unit_scale_factor";
-    const auto scale = number_at(frame.file, frame.common, key);
-    if (!scale && !frame.own.contains("depth_file_path"))
+    const auto scale = frame.common.number(key);
+    if (!scale && !frame.own.has("depth_file_path"))
         return {};
     if (scale && !(*scale > 0))
-        refuse(frame.file, "\"" + key + "\": " + shown(*scale) + " must be positive");
+        frame.common.refuse_value(key, "must be positive");
     return {{"encoding", is_panorama(frame) ? "ray-distance" : "view-z"},
             {"scale", scale.value_or(millimetre)},
             {"missing", 0}};
@@ -178,8 +160,9 @@ bool is_transforms(const json& json) {
     return json.is_object() && json.contains("frames");
 }
 
-Imported import_transforms(const fs::path& file, const json& transforms, const ImportOptions& options) {
-    const json& frames = transforms["frames"];
+Imported import_transforms(const fs::path& file, json transforms, const ImportOptions& options) {
+    const json frames = std::move(transforms["frames"]);
+    transforms.erase("frames");
     if (!frames.is_array() || frames.empty())
         refuse(file, "\"frames\": " + shown(frames) + " must be a list of frames, and not empty");
     std::vector<std::string> names, depths;
@@ -198,7 +181,8 @@ Imported import_transforms(const fs::path& file, const json& transforms, const I
     const bool by_depth = names.size() > 1 && std::ranges::count_if(depths, is_its_depth) == 1;
     const auto place = by_depth ? static_cast<std::size_t>(std::ranges::find_if(depths, is_its_depth) - depths.begin())
                                 : chosen(file, names, options.image, options.depth, "image", "--image");
-    const Frame frame{file, frames[place], transforms, "frames[" + std::to_string(place) + "]."};
+    const Frame frame{{file, "frames[" + std::to_string(place) + "]", frames[place]},
+                      {file, "", std::move(transforms)}};
     Imported imported{.keys = projection_of(frame),
                       .otherwise = encoding_of(frame),
                       .cure =
