@@ -17,17 +17,6 @@
 #include <thread>
 
 namespace fathom {
-namespace {
-
-const float* pixel_at(const HostFloats& image, int x, int y) {
-    const auto channels = static_cast<std::size_t>(image.channels);
-    const std::size_t stride =
-        image.row_stride > 0 ? image.row_stride : static_cast<std::size_t>(image.width) * channels;
-    return image.data + static_cast<std::size_t>(y) * stride + static_cast<std::size_t>(x) * channels;
-}
-
-} // namespace
-
 std::array<float, 3> seen_color(const HostFloats& image, int x, int y) {
     const float* c = pixel_at(image, x, y);
     const auto root = [](float v) { return v > 0 ? std::sqrt(std::min(v, 4.0f)) : 0.0f; };

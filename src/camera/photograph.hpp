@@ -10,6 +10,16 @@
 /// Depth of photographs: onto their grid, and without a unit.
 namespace fathom {
 
+/// Floats of a row, and those of a pixel.
+inline std::span<const float> row_of(const HostFloats& image, int y) {
+    const auto row = static_cast<std::size_t>(image.width * image.channels);
+    return {image.data + static_cast<std::size_t>(y) * (image.row_stride > 0 ? image.row_stride : row), row};
+}
+
+inline const float* pixel_at(const HostFloats& image, int x, int y) {
+    return row_of(image, y).data() + static_cast<std::size_t>(x * image.channels);
+}
+
 /// May images of two sizes show the same? So if the ratios of width to height differ by a pixel at most.
 bool have_same_ratio(int width, int height, int other_width, int other_height);
 
@@ -78,6 +88,9 @@ std::vector<float> sharpened_distances(const HostFloats& z, bool inverse, const 
 /// Distances in which no pixel is a mean of both sides of an edge. Empty where few are. `open`: the same where a background has the
 /// distance that is stored, with which it was averaged. `of_inverse`: are they means of 1/z, as a depth buffer's are? Rows without a gap.
 std::vector<float> without_means(const HostFloats& z, const HostFloats& open, bool of_inverse);
+
+/// The least and the greatest finite value; infinity and -infinity of none.
+std::array<double, 2> ends_of(std::span<const float> values);
 
 /// The first step of `relative_values`: from 0 to 1, by the range if there is one. `bits` as there.
 void to_fractions(std::span<float> values, int bits, const std::optional<std::array<double, 2>>& range);

@@ -204,15 +204,12 @@ std::vector<float> one_channel(const HostFloats& image) {
     require(image.data && image.width > 0 && image.height > 0, "has no pixels");
     require(image.channels == 1 || image.channels == 3 || image.channels == 4, "has ", image.channels,
             " channels; depth without a unit has one, or R = G = B");
-    const auto channels = static_cast<std::size_t>(image.channels), width = static_cast<std::size_t>(image.width);
-    const std::size_t stride = image.row_stride > 0 ? image.row_stride : width * channels;
     std::vector<float> values;
-    values.reserve(width * static_cast<std::size_t>(image.height));
+    values.reserve(static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height));
     for (int y = 0; y < image.height; ++y)
         for (int x = 0; x < image.width; ++x) {
-            const float* pixel =
-                image.data + static_cast<std::size_t>(y) * stride + static_cast<std::size_t>(x) * channels;
-            require(channels == 1 ||
+            const float* pixel = pixel_at(image, x, y);
+            require(image.channels == 1 ||
                         !(pixel[0] < pixel[1] || pixel[0] > pixel[1] || pixel[0] < pixel[2] || pixel[0] > pixel[2]),
                     "has colours, as at pixel (", x, ", ", y,
                     "): it is a picture, or depth painted with a colour map, which cannot be undone; save the depth in "
@@ -220,15 +217,6 @@ std::vector<float> one_channel(const HostFloats& image) {
             values.push_back(*pixel);
         }
     return values;
-}
-
-// The least and the greatest finite value; infinity and -infinity of none.
-std::array<double, 2> ends_of(std::span<const float> values) {
-    std::array<float, 2> ends{far_away, -far_away};
-    for (const float value : values)
-        if (std::isfinite(value))
-            ends = {std::min(ends[0], value), std::max(ends[1], value)};
-    return {static_cast<double>(ends[0]), static_cast<double>(ends[1])};
 }
 
 void check_bits(int bits) {
@@ -262,6 +250,14 @@ std::optional<std::string> doubt_of(std::span<const float> values, int bits, con
 }
 
 } // namespace
+
+std::array<double, 2> ends_of(std::span<const float> values) {
+    std::array<float, 2> ends{far_away, -far_away};
+    for (const float value : values)
+        if (std::isfinite(value))
+            ends = {std::min(ends[0], value), std::max(ends[1], value)};
+    return {static_cast<double>(ends[0]), static_cast<double>(ends[1])};
+}
 
 Camera relative_camera(int width, int height, RelativeOrder order) {
     Camera camera;

@@ -355,13 +355,8 @@ std::vector<float> sharpened_distances(const HostFloats& z, bool inverse, const 
         for (float& value : nearness)
             value = 1 / value;
     } else {
-        float nearest = std::numeric_limits<float>::infinity(), farthest = -nearest;
-        for (const float value : nearness)
-            if (std::isfinite(value)) {
-                nearest = std::min(nearest, value);
-                farthest = std::max(farthest, value);
-            }
-        least = part * (farthest - nearest);
+        const auto [nearest, farthest] = ends_of(nearness);
+        least = part * (static_cast<float>(farthest) - static_cast<float>(nearest));
         for (float& value : nearness) // a background is no ramp's end
             value = std::isfinite(value) ? -value : std::numeric_limits<float>::quiet_NaN();
     }

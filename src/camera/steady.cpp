@@ -4,6 +4,7 @@
 // which is solved by least squares over frames that are 1, 2, 4, 8 and so on apart, so that errors of neighbours do not add up.
 #include <fathom/relative.hpp>
 
+#include "camera/photograph.hpp"
 #include "quantile.hpp"
 #include "require.hpp"
 
@@ -170,15 +171,12 @@ void make_steady(std::span<const Frame> frames, std::span<SteadyRange> ranges) {
 ShotFrame shot_frame(const HostFloats& stored) {
     require(stored.data && stored.width > 0 && stored.height > 0 && stored.channels == 1,
             "a frame of depth must have pixels, of one channel");
-    const std::size_t stride = stored.row_stride > 0 ? stored.row_stride : static_cast<std::size_t>(stored.width);
     ShotFrame frame{std::vector<double>(static_cast<std::size_t>(across * down)),
                     std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::infinity()};
     const auto each = [&](const auto& visit) {
         for (int y = 0; y < stored.height; ++y)
             for (int x = 0; x < stored.width; ++x)
-                if (const double value =
-                        stored.data[static_cast<std::size_t>(y) * stride + static_cast<std::size_t>(x)];
-                    std::isfinite(value))
+                if (const double value = *pixel_at(stored, x, y); std::isfinite(value))
                     visit(x, y, value);
     };
     std::size_t pixels = 0;

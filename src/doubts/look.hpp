@@ -1,11 +1,11 @@
 #pragma once
 
 #include "camera/form.hpp"
+#include "camera/photograph.hpp"
 #include "doubts/finding.hpp"
 #include "doubts/planes.hpp"
 
 #include <fathom/findings.hpp>
-#include <fathom/photograph.hpp>
 
 #include <array>
 #include <bit>
@@ -42,11 +42,6 @@ struct Look {
     /// Counts more of the image, and keeps none of it.
     void add(const HostFloats& more);
 };
-
-inline std::span<const float> row_of(const HostFloats& image, int y) {
-    const auto row = static_cast<std::size_t>(image.width * image.channels);
-    return {image.data + static_cast<std::size_t>(y) * (image.row_stride > 0 ? image.row_stride : row), row};
-}
 
 /// How stored values change from a pixel to the next one of its row.
 struct ValueChanges {
