@@ -39,11 +39,7 @@ requires(!Call::said.arguments[0] && !Call::said.results) void describe(const Vi
     describe(v, call.options);
 }
 
-struct Size {
-    int width, height;
-};
-
-inline Size size_of(const StoredDepth& stored) {
+inline ImageSize size_of(const StoredDepth& stored) {
     return {stored.image.width(), stored.image.height()};
 }
 
@@ -54,14 +50,14 @@ struct Shape {
     const char* sides = "H, W"; ///< in Python's words
 };
 
-inline Shape floats(const Size& size, int channels) {
+inline Shape floats(const ImageSize& size, int channels) {
     return {.layout = {size.width, size.height, channels}};
 }
 inline Shape floats(const StoredDepth& stored, int channels) {
     return floats(size_of(stored), channels);
 }
 inline Shape tiles(const StoredDepth& stored, int tile_px) {
-    const Size size = size_of(stored);
+    const ImageSize size = size_of(stored);
     return {.layout = {(size.width - 1) / std::max(tile_px, 1) + 1, (size.height - 1) / std::max(tile_px, 1) + 1},
             .sides = "ceil(H / tile_px), ceil(W / tile_px)"};
 }

@@ -104,7 +104,7 @@ void describe(const Visitor& v, Call& call) {
 template <typename Visitor>
 void describe_results(const Visitor& v, SsaoCall& call, const StoredDepth& stored) {
     const SsaoOptions& o = call.options;
-    const Size size = o.region ? Size{o.region->width, o.region->height} : size_of(stored);
+    const ImageSize size = o.region ? ImageSize{o.region->width, o.region->height} : size_of(stored);
     v("visibility", call.results.visibility, true, floats(size, 1), fractions("AO"),
       "1 open, 0 blocked; NaN for invalid pixels");
     v("bent_normal", call.results.bent_normal, o.bent_normal, floats(size, 3),
