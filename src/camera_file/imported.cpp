@@ -25,28 +25,13 @@ using nlohmann::json;
 namespace fathom::io {
 namespace {
 
-/// JSON on one line, with spaces where people put them.
-std::string spaced(const json& value) {
-    std::string text;
-    if (value.is_array()) {
-        for (const json& each : value)
-            text += (text.empty() ? "" : ", ") + spaced(each);
-        return "[" + text + "]";
-    }
-    if (value.is_object()) {
-        for (const auto& [key, each] : value.items())
-            text += (text.empty() ? "" : ", ") + json(key).dump() + ": " + spaced(each);
-        return "{" + text + "}";
-    }
-    return value.dump(-1, ' ', false, json::error_handler_t::replace);
-}
-
 /// A camera file, a key on each line.
 std::string laid_out(const json& keys) {
     std::string text;
     for (const std::string& key : camera_keys())
         if (keys.contains(key))
-            text += (text.empty() ? "" : ",\n") + ("  " + json(key).dump()) + ": " + spaced(keys[key]);
+            text += (text.empty() ? "  \"" : ",\n  \"") + key +
+                    "\": " + keys[key].dump(-1, ' ', false, json::error_handler_t::replace);
     return "{\n" + text + "\n}\n";
 }
 
