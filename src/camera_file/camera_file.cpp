@@ -5,6 +5,8 @@
 #include "imported.hpp"
 #include "lens_key.hpp"
 
+#include "text.hpp"
+
 #include <fathom/camera_file.hpp>
 #include <fathom/error.hpp>
 #include <fathom/pixel_rays.hpp>
@@ -396,9 +398,8 @@ void read_lenses(const JsonObject& json, CameraFile& file) {
         if (const auto map = camera.lens->map) { // read once, and for images of its size
             file.lens_for = [model = *camera.lens](int, int) { return model; };
             if ((camera.width && camera.width != map->width) || (camera.height && camera.height != map->height))
-                json.refuse_whole("is for " + std::to_string(camera.width) + " x " + std::to_string(camera.height) +
-                                  " pixels, and its map of rays has " + std::to_string(map->width) + " x " +
-                                  std::to_string(map->height));
+                json.refuse_whole(text("is for ", ImageSize{camera.width, camera.height},
+                                       " pixels, and its map of rays has ", ImageSize{map->width, map->height}));
             camera.width = map->width;
             camera.height = map->height;
         }
@@ -476,11 +477,8 @@ std::string cure_of_size(const Camera& camera, int width, int height) {
     if (!camera.width || !camera.height ||
         static_cast<long long>(camera.width) * height != static_cast<long long>(camera.height) * width)
         return "use the camera of this image";
-    std::string factor = std::to_string(static_cast<double>(width) / camera.width);
-    factor.erase(factor.find_last_not_of('0') + 1);
-    if (factor.ends_with('.'))
-        factor.pop_back();
-    return "use the camera of this image, or scale the camera's width, height and pixels by " + factor;
+    return text("use the camera of this image, or scale the camera's width, height and pixels by ",
+                static_cast<double>(width) / camera.width);
 }
 
 } // namespace
@@ -517,11 +515,10 @@ CameraFile preset_file(const std::string& text) {
 Camera camera_for(const CameraFile& file, int width, int height) {
     auto camera = file.camera;
     if ((camera.width && camera.width != width) || (camera.height && camera.height != height))
-        throw Error(
-            (camera.lens && camera.lens->map ? "the map of rays of the camera's lens is for " : "the camera is for ") +
-            (camera.width ? std::to_string(camera.width) : "any") + " x " +
-            (camera.height ? std::to_string(camera.height) : "any") + " pixels, the image has " +
-            std::to_string(width) + " x " + std::to_string(height) + "; " + cure_of_size(camera, width, height));
+        throw Error(text(
+            camera.lens && camera.lens->map ? "the map of rays of the camera's lens is for " : "the camera is for ",
+            camera.width ? text(camera.width) : "any", " x ", camera.height ? text(camera.height) : "any",
+            " pixels, the image has ", ImageSize{width, height}, "; ", cure_of_size(camera, width, height)));
     camera.width = width;
     camera.height = height;
     if (file.projection_for)

@@ -7,6 +7,7 @@
 #include "lens_key.hpp"
 
 #include "lens/laws.hpp"
+#include "text.hpp"
 
 #include <fathom/presets.hpp>
 
@@ -15,8 +16,6 @@
 #include <cstdint>
 #include <cstring>
 #include <functional>
-#include <iomanip>
-#include <sstream>
 #include <stdexcept>
 
 namespace fs = std::filesystem;
@@ -69,8 +68,8 @@ void check_aspect(const fs::path& file, CameraFile& camera, double aspect) {
     constexpr double rounding = 0.01; // of an image's size to whole pixels
     camera.projection_for = [file, aspect, projection = camera.camera.projection](int width, int height) {
         if (std::abs(width / (height * aspect) - 1) > rounding)
-            refuse(file, "has the aspect " + shown_number(aspect) + ", the image has " + std::to_string(width) + " x " +
-                             std::to_string(height) + "; render it with that aspect, or leave \"aspectRatio\" out");
+            refuse(file, text("has the aspect ", aspect, ", the image has ", ImageSize{width, height},
+                              "; render it with that aspect, or leave \"aspectRatio\" out"));
         return projection;
     };
 }
@@ -104,12 +103,6 @@ std::size_t chosen(const fs::path& file, const std::vector<std::string>& names, 
         return *like;
     refuse(file, "has no " + what + " \"" + wanted + "\" (" + option + "); the nearest are " +
                      listed(nearest_words(names, wanted, 3)));
-}
-
-std::string shown_number(double value) {
-    std::ostringstream text;
-    text << std::setprecision(6) << value;
-    return text.str();
 }
 
 json intrinsics_of(const fs::path& file, const std::vector<double>& matrix, std::size_t columns,

@@ -72,7 +72,4 @@ nlohmann::json fisheye_lens(const std::filesystem::path& file, const std::vector
 /// Four rows of four, as the camera file has a matrix.
 nlohmann::json rows_of(const Eigen::Matrix4d& matrix);
 
-/// A number as a message has it.
-std::string shown_number(double value);
-
 } // namespace fathom::io

@@ -8,6 +8,7 @@
 
 #include "io/cameras/camera_formats.hpp"
 #include "io/formats.hpp"
+#include "text.hpp"
 
 #include <fathom/error.hpp>
 
@@ -272,7 +273,7 @@ std::optional<json> angle_of_view(const Header& header, std::vector<std::string>
             continue;
         const bool radians = std::string(name) == "rs/camera/fov" && *angle < std::numbers::pi;
         if (radians)
-            warnings.push_back("rs/camera/fov, " + shown_number(*angle) +
+            warnings.push_back("rs/camera/fov, " + fathom::text(*angle) +
                                ", is taken as radians; compare the field of view that fathom inspect shows");
         *angle *= radians ? 1 : std::numbers::pi / 180;
         if (!(*angle > 0 && *angle < std::numbers::pi))
@@ -326,7 +327,7 @@ std::optional<json> film_back(const Header& header, std::vector<std::string>& wa
     constexpr double widest_film_in = 3; // no film is wider than that in inches, no sensor narrower in millimetres
     const bool inches = *aperture < widest_film_in;
     const double fx = header.width * *focal / (*aperture * (inches ? 25.4 : 1));
-    warnings.push_back("CameraFilmApertureHorizontal, " + shown_number(*aperture) + ", is taken as " +
+    warnings.push_back("CameraFilmApertureHorizontal, " + fathom::text(*aperture) + ", is taken as " +
                        (inches ? "inches" : "millimetres") + "; compare the field of view that fathom inspect shows");
     return intrinsics(fx, fx * header.pixel_aspect(), header.width / 2, header.height / 2);
 }
@@ -342,7 +343,7 @@ std::optional<json> screen_window(const Header& header, std::vector<std::string>
     const double fx = header.width / width, fy = header.pixel_aspect() * fx;
     if (center.x() != 0)
         warnings.push_back(
-            "screenWindowCenter has x = " + shown_number(center.x()) +
+            "screenWindowCenter has x = " + fathom::text(center.x()) +
             ", and x is taken to point left, as OpenEXR's introduction has it; if the picture is shifted "
             "the other way, give a camera file (--camera)");
     return intrinsics(fx, fy, header.width / 2 + center.x() * fx, header.height / 2 + center.y() * fy);
@@ -375,7 +376,7 @@ json lens_of(const Header& header, const json& projection) {
 /// The camera of a part, if its header has one.
 std::optional<Imported> imported(const Header& header) {
     if (const auto kind = header.number("cameraProjection"); kind && *kind != 0)
-        header.refuse("cameraProjection", "is " + shown_number(*kind) + ", no pinhole");
+        header.refuse("cameraProjection", "is " + fathom::text(*kind) + ", no pinhole");
     if (const auto shift = header.vector("rs/camera/shift"); shift && !shift->isZero())
         header.refuse("rs/camera/shift", "is a shift, whose unit Redshift does not document");
     HeaderCamera camera = standard_matrices(header).value_or(HeaderCamera{});
