@@ -77,11 +77,11 @@ Product product_of(const description::Operation& operation, const description::R
 }
 
 // Throws: Error where an image from another file is not of the depth's size.
-void check_same_size(const std::filesystem::path& file, cv::Size size, const Job& job) {
-    const auto& [width, height] = job.windows.data.size();
-    if (size.width != width || size.height != height)
-        throw Error(fmt::format("{}: is {} × {}, but {} is {} × {}; both must be of the same size", file.native(),
-                                size.width, size.height, job.input.native(), width, height));
+void check_same_size(const std::filesystem::path& file, cv::Size size, const Job& job,
+                     const char* wanted = "be of the same size") {
+    if (const cv::Size depth = job.windows.data.size(); size != depth)
+        io::refuse(file, fmt::format("is {}, but {} is {}; both must {}", io::described(size), job.input.native(),
+                                     io::described(depth), wanted));
 }
 
 // Throws: Error where another depth image does not lie where the depth does.
@@ -96,9 +96,7 @@ void check_same_pixels(const std::filesystem::path& file, const DepthFile& other
 void check_same_view(const std::filesystem::path& file, cv::Size size, const Job& job) {
     const cv::Size depth = job.windows.data.size();
     if (!have_same_ratio(size.width, size.height, depth.width, depth.height))
-        throw Error(fmt::format("{}: is {} × {}, but {} is {} × {}; both must show the same, with the same ratio of "
-                                "width to height",
-                                file.native(), size.width, size.height, job.input.native(), depth.width, depth.height));
+        check_same_size(file, size, job, "show the same, with the same ratio of width to height");
 }
 
 // Unit vectors as a file of this name holds them: in a .png ½n + ½ would make grey of (0, 0, 0), which is none, so it
@@ -363,7 +361,7 @@ void OperationTask::prepare() {
         }
     if (has_picture()) {
         companions.push_back({"--color", picture.source, picture.pixels});
-        made_of = 0;
+        made_of_picture = true;
     }
     for (const Option& option : operation_.options) {
         if (!option.is_image() || &option == sharp_)

@@ -86,8 +86,8 @@ void read_relative(const DepthOptions& options, Work& work) {
         {"stored", {{"min", json_number(input.look.nearest)}, {"max", json_number(input.look.farthest)}}},
         {"invalid", input.look.invalid}};
     cv::Mat color;
-    if (options.made_of)
-        color = read_picture(job.companions[*options.made_of], {.layer = options.picture.layer, .encoding = {}}).color;
+    if (options.made_of_picture)
+        color = read_picture(job.companions.front(), {.layer = options.picture.layer, .encoding = {}}).color;
     RelativeOptions read = options.relative_options;
     for (std::size_t i = 0; i < job.values.size(); ++i)
         if (options.animations[i].option == "--relative-range")
@@ -196,7 +196,7 @@ public:
         work.seen = is_relative() ? relative_camera(depth.values.cols, depth.values.rows, *task_.relative)
                                   : camera_of(*frame.camera, depth.windows, work.picture_size, task_.supersampled);
         settle_sky(work.seen, depth.values);
-        if (work.picture_size && task_.made_of)
+        if (work.picture_size && task_.made_of_picture)
             frame.windows = {{{0, 0}, *work.picture_size}, *work.picture_size};
         find_source(task_, work);
         check_append(work);
@@ -389,7 +389,7 @@ private:
         work.examined->look.add(z);
         work.examined->subject = Subject(work.seen, values, z, work.is_sampled ? Closely::some : Closely::whole);
         find_doubts(work);
-        if (work.picture_size && task_.made_of)
+        if (work.picture_size && task_.made_of_picture)
             bring_up(work);
         if (task_.edges == Edges::sharpen && !is_relative())
             sharpen(work);
@@ -397,7 +397,7 @@ private:
 
     void sharpen(Work& work) const {
         StoredDepth& stored = work.examined->stored;
-        const Image color = task_.made_of ? to_device(device_, work.frame.images.get().picture.color) : Image();
+        const Image color = task_.made_of_picture ? to_device(device_, work.frame.images.get().picture.color) : Image();
         cv::Mat changed(stored.image.height(), stored.image.width(), CV_8UC1);
         const Image mask(device_, Element::u8, {changed.cols, changed.rows});
         stored = sharpen_edges(stored, color, mask);
@@ -438,11 +438,11 @@ private:
         if (!task_.append || work.source)
             return;
         const Job& job = work.frame;
-        if (is_relative() && !task_.made_of)
+        if (is_relative() && !task_.made_of_picture)
             throw Error(
                 fmt::format("{}: --append does not go with --relative; leave --append out", job.input.native()));
         throw Error(fmt::format("{}: is no OpenEXR file, and --append adds to one; leave --append out",
-                                (task_.made_of ? job.companions[*task_.made_of] : job.input).native()));
+                                (task_.made_of_picture ? job.companions.front() : job.input).native()));
     }
 
     // A camera's mistake is told once for all inputs, and the same of all frames of a pipe once. Gives whether there is one.

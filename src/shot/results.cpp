@@ -312,9 +312,9 @@ void find_source(const DepthOptions& options, Work& work) {
     work.windows = job.windows;
     if (!work.depth.channel.empty())
         work.source = ExrSource{job.input, work.depth.channel, work.depth.windows};
-    if (!options.made_of || !is_exr(job.companions[*options.made_of]))
+    if (!options.made_of_picture || !is_exr(job.companions.front()))
         return;
-    const std::filesystem::path& file = job.companions[*options.made_of];
+    const std::filesystem::path& file = job.companions.front();
     const std::string channel = color_channels(file, options.picture.layer).front();
     work.source = ExrSource{file, channel, job.windows};
     const Windows picture = io::exr_windows(file, channel);

@@ -229,9 +229,9 @@ enum class Report { line, json, nothing };
 /// What every operation on depth images takes, the files that it reads and writes among it.
 struct DepthOptions {
     Inputs inputs;
-    std::vector<Companion> companions = {};  ///< the picture first, if there is one, and the mask of --ignore last
-    std::optional<std::size_t> made_of = {}; ///< which companion the results are made of, if not of the depth
-    std::vector<Output> outputs = {};        ///< that of -o first
+    std::vector<Companion> companions = {}; ///< the picture first, if there is one, and the mask of --ignore last
+    bool made_of_picture = false;           ///< are the results made of the picture, not of the depth?
+    std::vector<Output> outputs = {};       ///< that of -o first
     std::vector<Animation> animations;
     bool interpolate = false; ///< are frames between those of an animation filled?
     CameraOption camera;

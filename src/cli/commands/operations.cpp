@@ -30,7 +30,7 @@ public:
 
     void prepare() override {
         OwnTask::prepare();
-        made_of.reset();
+        made_of_picture = false;
         const std::string extension = format.empty() ? extension_of(output) : format;
         const bool colored = !picture.source.empty();
         if (extension != ".ply" && (colored || normals_))
