@@ -346,6 +346,7 @@ TEST_CASE("log: - is stdout, which nothing else may have") {
     CHECK(lines[0].contains("run"));
     for (std::size_t i = 1; i < 4; ++i)
         CHECK(lines[i].at("status") == "made");
-    check_refused(joined(shot.command(), {"--log", "-"}), 2, "--log -: stdout has the lines of --json");
-    check_refused(joined(command, {"--log", "-", "--progress", "openjd"}), 2, "of --progress openjd");
+    check_refused(joined(shot.command(), {"--log", "-"}), 2, "--log -: stdout has the log, which --json");
+    check_refused(joined(command, {"--log", "-", "--progress", "openjd"}), 2,
+                  "--log -: stdout has the log, which --progress openjd");
 }

@@ -423,23 +423,16 @@ io::LastFile Records::file_of(const ordered_json& record, const Job& job) const 
 }
 
 Report report_of(const DepthOptions& options) {
-    if (options.output == standard_stream) {
-        const char* other = options.report == Report::json             ? "--json"
-                            : options.log == standard_stream           ? "--log -"
-                            : options.progress == ProgressKind::openjd ? "--progress openjd"
-                                                                       : nullptr;
-        if (other)
-            throw UsageError(
-                fmt::format("-o -: stdout has the pixels, which {} would mix with lines; leave it out", other));
-        return Report::nothing;
-    }
-    if (options.log != "-")
+    const bool pixels = options.output == standard_stream, log = options.log == standard_stream;
+    if (!pixels && !log)
         return options.report;
-    const bool openjd = options.progress == ProgressKind::openjd;
-    if (options.report == Report::json || openjd)
-        throw UsageError(
-            fmt::format("--log -: stdout has the lines of {} already; name a file, or leave one of them out",
-                        openjd ? "--progress openjd" : "--json"));
+    const char* other = options.report == Report::json             ? "--json"
+                        : options.progress == ProgressKind::openjd ? "--progress openjd"
+                        : pixels && log                            ? "--log -"
+                                                                   : nullptr;
+    if (other)
+        throw UsageError(fmt::format("{}, which {} would mix with lines; leave one of the two out",
+                                     pixels ? "-o -: stdout has the pixels" : "--log -: stdout has the log", other));
     return Report::nothing;
 }
 
