@@ -21,7 +21,6 @@
 #include <thread>
 
 #include <fcntl.h>
-#include <sys/ioctl.h>
 #include <unistd.h>
 
 namespace fathom::terminal {
@@ -57,11 +56,6 @@ int output_error = 0; // the first
 bool is_terminal() {
     const char* kind = std::getenv("TERM");
     return isatty(STDERR_FILENO) && kind && std::string_view(kind) != "dumb";
-}
-
-std::size_t columns() {
-    winsize size{};
-    return ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 0 ? size.ws_col : 80;
 }
 
 // "0:48", "1:02:03".
@@ -194,7 +188,7 @@ void Progress::hide() {
 void Progress::show() {
     if (!bar_ || text_.empty())
         return;
-    write_to_stderr("\r\x1b[K" + text_.substr(0, columns() - 1));
+    write_to_stderr("\r\x1b[K" + text_);
     shown_ = true;
 }
 
