@@ -18,14 +18,6 @@ struct Probed {
     std::string words;
 };
 
-std::string said_by_driver(const DeviceInfo& device) {
-    std::string said;
-    for (const auto& [has, what] : {std::pair(device.correct_rounding, "correctly rounded quotients"),
-                                    std::pair(device.fma, "fma"), std::pair(device.denormals, "denormals")})
-        said += has ? std::string(said.empty() ? "" : ", ") + what : "";
-    return said.empty() ? "nothing" : said;
-}
-
 Probed probed(const DeviceInfo& device) {
     try {
         const DeviceArithmetic found = probe_arithmetic(Device::open(std::to_string(device.index)));
@@ -74,10 +66,10 @@ void print_table(const std::vector<DeviceInfo>& devices, int default_index) {
     for (const DeviceInfo& device : devices)
         width = std::max(width, device.name.size());
     for (const DeviceInfo& device : devices)
-        fmt::print("{} {}  {}  {:<{}}  {} units, {:.1f} GiB, {}  ({})\n        arithmetic: {}; the driver claims: {}\n",
+        fmt::print("{} {}  {}  {:<{}}  {} units, {:.1f} GiB, {}  ({})\n        arithmetic: {}\n",
                    device.index == default_index ? '*' : ' ', device.index, device.cpu ? "cpu" : "gpu", device.name,
                    width, device.compute_units, static_cast<double>(device.memory_bytes) / (1 << 30),
-                   device.fp64 ? "fp64" : "no fp64", device.version, probed(device).words, said_by_driver(device));
+                   device.fp64 ? "fp64" : "no fp64", device.version, probed(device).words);
     fmt::print("* is taken when --device is not given\n");
 }
 
