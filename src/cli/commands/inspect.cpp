@@ -164,7 +164,7 @@ ordered_json as_json(const Camera& camera, const LensFindings& found) {
 
 ordered_json as_json(const CameraFindings& found) {
     const auto view = field_of_view(found);
-    ordered_json range, surfaces, attainable;
+    ordered_json range, surfaces;
     const auto add = [](ordered_json& points, const auto& point, ordered_json place) {
         if (point.spacing)
             place.update({{"spacing", json_number(*point.spacing)}, {"error_bound", json_number(*point.error_bound)}});
@@ -174,8 +174,6 @@ ordered_json as_json(const CameraFindings& found) {
         add(range, point, {{"stored", json_number(point.stored)}, {"z", json_number(point.z)}});
     for (const SurfacePoint& surface : found.surfaces)
         add(surfaces, surface, {{"z", json_number(surface.z)}, {"x", surface.x}, {"y", surface.y}});
-    for (const auto& [place, z] : found.attainable)
-        attainable[place] = json_number(z);
     return {{"encoding", to_string(found.camera.encoding)},
             {"form", to_string(found.form.form)},
             {"reason", found.form.reason},
@@ -187,8 +185,7 @@ ordered_json as_json(const CameraFindings& found) {
             {"missing", found.missing},
             {"lens", found.lens ? as_json(found.camera, *found.lens) : ordered_json()},
             {"range", range},
-            {"surfaces", surfaces},
-            {"attainable", attainable}};
+            {"surfaces", surfaces}};
 }
 
 // A camera file with the packing that was found, if any.
@@ -310,9 +307,6 @@ void print_camera(const InspectArguments& options, const CameraFindings& found) 
         for (const SurfacePoint& surface : found.surfaces)
             print_row(surface.name, steps(surface.spacing, surface.error_bound));
     }
-    fmt::print("\nattainable depth: where the far plane ends the view\n");
-    for (const auto& [place, z] : found.attainable)
-        print_row(place, number(z));
 }
 
 void print_ranking(const Findings& found) {
