@@ -297,16 +297,10 @@ void print_camera(const InspectArguments& options, const CameraFindings& found) 
     if (found.surfaces.empty())
         print_row("none", found.invalid ? "no pixel is a surface" : "no OpenCL device to decode them");
     for (const SurfacePoint& surface : found.surfaces)
-        print_row(surface.name,
-                  fmt::format("{:<14}at pixel {:.0f}, {:.0f}", number(surface.z), surface.x - 0.5, surface.y - 0.5));
+        print_row(surface.name, fmt::format("{:<14}at pixel {:.0f}, {:.0f}  {}", number(surface.z), surface.x - 0.5,
+                                            surface.y - 0.5, steps(surface.spacing, surface.error_bound)));
     if (found.invalid)
         print_row("invalid", fmt::format("{} pixels", *found.invalid));
-
-    if (found.bits && !found.surfaces.empty()) {
-        fmt::print("\nprecision: of a {} buffer there, scene units\n", name_of(*found.bits));
-        for (const SurfacePoint& surface : found.surfaces)
-            print_row(surface.name, steps(surface.spacing, surface.error_bound));
-    }
 }
 
 void print_ranking(const Findings& found) {
