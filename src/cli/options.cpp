@@ -330,7 +330,7 @@ void add_import_options(CLI::App& app, CameraOption& camera) {
              "the depth has been undistorted: take P of ROS, or the matrix of OpenCV without its distortion");
 }
 
-void add_frames_option(CLI::App& app, Inputs& inputs, const char* group) {
+void add_frames_option(CLI::App& app, Inputs& inputs) {
     const auto take = [&inputs](const std::string& text) {
         try {
             inputs.frames = sequence::parse_frames(text);
@@ -339,7 +339,7 @@ void add_frames_option(CLI::App& app, Inputs& inputs, const char* group) {
         }
     };
     add_option(
-        app, group, "--frames", "RANGE", take,
+        app, "Frames", "--frames", "RANGE", take,
         "frames of shot.####.exr, as in 1-240, 1-240x2 (every second) or 1-9,20 (default: those that are there)");
 }
 

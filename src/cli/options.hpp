@@ -25,15 +25,13 @@ CLI::Validator is_in(const description::Range& range);
 /// The pixels that an image has of the display window, in words: "4 × 3", or "4 × 3 from pixel 1,2 on".
 std::string extent(const cv::Rect& data);
 
-/// Adds an option to a group of the help. `target`: what it sets, or what is called with its text or its number.
+/// Adds an option to a group of the help. `target`: what it sets, or what is called with its text.
 template <typename Target>
 CLI::Option* add_option(CLI::App& app, const char* group, const std::string& name, const std::string& type,
                         Target&& target, const std::string& words) {
     CLI::Option* option;
     if constexpr (std::is_invocable_v<Target, std::string>)
         option = app.add_option_function<std::string>(name, target, words);
-    else if constexpr (std::is_invocable_v<Target, double>)
-        option = app.add_option_function<double>(name, target, words);
     else
         option = app.add_option(name, target, words);
     return option->type_name(type)->group(group);
@@ -79,7 +77,7 @@ void add_depth_options(CLI::App& app, DepthOptions& options, const Product& prod
 void add_camera_options(CLI::App& app, CameraOption& camera, const std::string& description);
 /// Those options of a camera that choose among the cameras of a file.
 void add_import_options(CLI::App& app, CameraOption& camera);
-void add_frames_option(CLI::App& app, Inputs& inputs, const char* group = "Frames");
+void add_frames_option(CLI::App& app, Inputs& inputs);
 void add_channel_option(CLI::App& app, std::string& channel);
 void add_device_options(CLI::App& app, DeviceOption& device);
 

@@ -149,9 +149,7 @@ std::string number(double value) {
 
 std::string did_you_mean(std::string_view name, const std::vector<std::string>& known, const std::string& otherwise) {
     const std::vector<std::string> best = io::nearest_words(known, name, 1);
-    const std::size_t most_edits = std::max<std::size_t>(2, name.size() / 3);
-    const bool is_near = !best.empty() && io::edit_distance(name, best.front()) <= most_edits;
-    return is_near ? "did you mean " + best.front() + "?" : otherwise;
+    return !best.empty() && io::is_near(best.front(), name) ? "did you mean " + best.front() + "?" : otherwise;
 }
 
 std::string one_of(const std::vector<std::string>& names) {

@@ -231,16 +231,16 @@ public:
 
     std::vector<Made> make(const StoredDepth& stored, Job& job) override {
         std::vector<Made> made = OwnTask::make(stored, job);
-        const auto others = made.begin() + static_cast<std::ptrdiff_t>(mask_.empty()             ? masks_.size()
-                                                                       : mask_ == masks_.front() ? 1
-                                                                                                 : 2);
+        if (!mask_.empty()) {
+            if (mask_ != masks_.front())
+                made.erase(made.begin()); // the circle
+            return made;
+        }
+        const auto others = made.begin() + static_cast<std::ptrdiff_t>(masks_.size());
         std::vector<cv::Mat> masks;
-        for (auto each = mask_.empty() ? made.begin() : others - 1; each != others; ++each)
-            masks.push_back(each->image);
-        cv::Mat merged;
-        cv::merge(masks, merged);
-        made.erase(made.begin(), others);
-        made.emplace(made.begin(), merged);
+        std::transform(made.begin(), others, std::back_inserter(masks), [](const Made& each) { return each.image; });
+        cv::merge(masks, made.front().image);
+        made.erase(made.begin() + 1, others);
         return made;
     }
 

@@ -263,14 +263,11 @@ int show(const ShowArguments& options) {
 }
 
 // "0.5:12".
-std::optional<std::array<double, 2>> range_in(const std::string& text) {
-    const std::size_t colon = text.find(':');
-    if (colon == std::string::npos)
-        return std::nullopt;
-    const std::vector<double> low = numbers_in(text.substr(0, colon), 1), high = numbers_in(text.substr(colon + 1), 1);
-    const bool ascend = !low.empty() && !high.empty() && low[0] < high[0];
-    return ascend && std::isfinite(low[0]) && std::isfinite(high[0]) ? std::optional(std::array{low[0], high[0]})
-                                                                     : std::nullopt;
+std::optional<std::array<double, 2>> range_in(std::string text) {
+    std::ranges::replace(text, ':', ',');
+    const std::vector<double> ends = numbers_in(text, 2);
+    const bool ascend = !ends.empty() && ends[0] < ends[1] && std::isfinite(ends[0]) && std::isfinite(ends[1]);
+    return ascend ? std::optional(std::array{ends[0], ends[1]}) : std::nullopt;
 }
 
 std::function<int()> configure_show(CLI::App& app) {

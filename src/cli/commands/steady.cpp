@@ -68,7 +68,7 @@ std::function<int()> configure_steady(CLI::App& app) {
                "relative depth of a shot: 'shot.####.png', or a folder of frames with numbers")
         ->required();
     add_channel_option(app, options->channel);
-    add_frames_option(app, options->inputs, "Input");
+    add_frames_option(app, options->inputs);
     add_option(app, "Output", "-o,--output", "OUT.csv", options->output, "the ranges of all frames")->required();
     return [options] { return write_ranges(*options); };
 }
