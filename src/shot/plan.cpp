@@ -8,14 +8,11 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <cerrno>
 #include <cmath>
 #include <cstdlib>
 #include <iterator>
 #include <set>
 #include <sstream>
-
-#include <sys/stat.h>
 
 namespace fathom::shot {
 
@@ -154,17 +151,6 @@ bool is_folder(const DepthOptions& options, const Output& output) {
                                                 (options.inputs.all().size() > 1 && !pattern_of(options, output)));
 }
 
-// A file on disk by whatever path, link or other name; none when it is not there.
-using Identity = std::pair<dev_t, ino_t>;
-std::optional<Identity> identity(const fs::path& file) {
-    struct stat status;
-    if (stat(file.c_str(), &status) != 0) {
-        io::check_answer(file, {errno, std::generic_category()});
-        return std::nullopt;
-    }
-    return Identity{status.st_dev, status.st_ino};
-}
-
 void check_target(const DepthOptions& options, const Output& output) {
     const std::vector<std::string>& extensions = output.product.extensions;
     const fs::path out = output.target;
@@ -262,16 +248,14 @@ std::string value_for(const Animation& animation, const Input& input, bool inter
 }
 
 void refuse_replacing(const std::vector<Job>& jobs) {
-    std::set<std::optional<Identity>> read;
+    std::set<fs::path> read;
     for (const Job& job : jobs) {
-        read.insert(identity(job.input));
-        read.insert(identity(job.camera_name));
-        for (const fs::path& companion : job.companions)
-            read.insert(identity(companion));
+        read.insert({io::whole_path(job.input), io::whole_path(job.camera_name)});
+        std::ranges::transform(job.companions, std::inserter(read, read.end()), io::whole_path);
     }
     for (const Job& job : jobs)
         for (const fs::path& output : job.outputs)
-            if (const auto old = identity(output); old && read.contains(old))
+            if (output != standard_stream && read.contains(io::whole_path(output)))
                 throw UsageError(output.native() + ": is one of the files to read; write elsewhere");
 }
 
