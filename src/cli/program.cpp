@@ -138,9 +138,6 @@ constexpr const char* exit_codes = R"(Exit codes:
   130  interrupted (Ctrl-C) after the inputs in work; no half-written file is left
   143  the same after SIGTERM, 129 after SIGHUP, and 141 if nobody reads what is printed)";
 
-constexpr const char* exit_codes_in_short =
-    "Exit codes: 0 done, 1 some input failed, 2 wrong usage, 3 no such device, 130, 143, 129 and 141 interrupted.";
-
 } // namespace
 
 Program::Program()
@@ -158,7 +155,7 @@ Program::Program()
         if (operation)
             app->set_help_all_flag("--help-all", "also show the options that all operations share: of frames, files, "
                                                  "reports and devices");
-        app->footer(command.notes + std::string("\n\n") + exit_codes_in_short);
+        app->footer(command.notes + std::string("\n\n") + exit_codes);
         app->parse_complete_callback([this, app, operation, run = command.configure(*app)] {
             if (operation)
                 check_together(*app, *operation);
