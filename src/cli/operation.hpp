@@ -40,7 +40,7 @@ protected:
     virtual void change(Images&) const {}
 
     /// Sets what the input decides. The images are set already.
-    virtual void set_for_input(void*, const StoredDepth&, const Images&, Job&) {}
+    virtual void set_for_input(void*, const StoredDepth&, const Images&, const Job&) {}
 
     /// Is an image or a result of this name asked for?
     bool has_file(std::string_view option) const { return files_.contains(std::string(option)); }

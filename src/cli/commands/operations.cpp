@@ -154,7 +154,7 @@ protected:
                                  .overscan = has_overscan(job.windows)});
     }
 
-    void set_for_input(void* call_of_input, const StoredDepth& stored, const Images& images, Job& job) override {
+    void set_for_input(void* call_of_input, const StoredDepth& stored, const Images& images, const Job& job) override {
         auto& its = *static_cast<description::SsaoCall*>(call_of_input);
         its.radius = radius_of(job);
         if (its.options.region)
@@ -163,10 +163,6 @@ protected:
             return;
         its.options.normals = to_device(stored.image.device(), images.normals);
         its.options.normals_space = Space::world;
-        if (!std::exchange(told_, true) && report != Report::nothing)
-            job.said.push_back(fmt::format("{}: its pass of normals counts; to have normals from the depth alone, say "
-                                           "--normals none",
-                                           job.input.native()));
     }
 
 private:
@@ -189,7 +185,6 @@ private:
     }
 
     bool takes_pass_ = true; // of the depth's file
-    bool told_ = false;      // that a file's own normals count, which is said once
 };
 
 // The circle, and the weights, which go into one file. One of them alone is written by --mask.
