@@ -389,13 +389,6 @@ std::string OperationTask::supersample(void* call) const {
     }
 }
 
-DepthFile OperationTask::read_other_depth(const std::filesystem::path& file, const Job& job) const {
-    return read_depth(file, {.channel = channel,
-                             .packing = job.camera ? job.camera->packing : std::nullopt,
-                             .gamma = job.camera ? job.camera->gamma : std::nullopt,
-                             .overscan = has_overscan(job.windows)});
-}
-
 Images OperationTask::read(const Job& job) const {
     Images images;
     std::size_t next = 0;
@@ -416,7 +409,10 @@ Images OperationTask::read(const Job& job) const {
             try {
                 if (of_picture && list_channels(file).size() < 2) // which are the picture's
                     throw Error(file.native() + ": holds a picture only");
-                images.other_depth = read_other_depth(file, job);
+                images.other_depth = read_depth(file, {.channel = channel_of_other_depth(file, job),
+                                                       .packing = job.camera ? job.camera->packing : std::nullopt,
+                                                       .gamma = job.camera ? job.camera->gamma : std::nullopt,
+                                                       .overscan = has_overscan(job.windows)});
             } catch (const Error& error) {
                 if (!of_picture)
                     throw;

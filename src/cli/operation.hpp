@@ -33,14 +33,17 @@ protected:
     /// The file of the first result.
     virtual Product product() const;
 
-    /// Reads depth beside the depth.
-    virtual DepthFile read_other_depth(const std::filesystem::path& file, const Job& job) const;
+    /// The channel of depth beside the depth.
+    virtual std::string channel_of_other_depth(const std::filesystem::path&, const Job&) const { return channel; }
 
     /// Changes an input's images before the operation reads them. The pixels are those of `Job::images`.
     virtual void change(Images&) const {}
 
     /// Sets what the input decides. The images are set already.
     virtual void set_for_input(void*, const StoredDepth&, const Images&, const Job&) {}
+
+    /// The type of the first result's file.
+    std::string extension() const { return format.empty() ? extension_of(output) : format; }
 
     /// Is an image or a result of this name asked for?
     bool has_file(std::string_view option) const { return files_.contains(std::string(option)); }

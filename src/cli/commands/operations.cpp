@@ -31,9 +31,8 @@ public:
     void prepare() override {
         OwnTask::prepare();
         made_of_picture = false;
-        const std::string extension = format.empty() ? extension_of(output) : format;
         const bool colored = !picture.source.empty();
-        if (extension != ".ply" && (colored || normals_))
+        if (extension() != ".ply" && (colored || normals_))
             throw UsageError(fmt::format("{}: only a .ply holds {}; write one (for several inputs: --format ply)",
                                          output, colored ? "colours of points" : "normals of points"));
     }
@@ -138,7 +137,7 @@ public:
 
 protected:
     // Where solids end: the file's channel of that name, in any layer, or depth as the input holds it.
-    DepthFile read_other_depth(const std::filesystem::path& file, const Job& job) const override {
+    std::string channel_of_other_depth(const std::filesystem::path& file, const Job& job) const override {
         const std::vector<Channel> channels = list_channels(file);
         const auto named = std::ranges::find_if(channels, [](const Channel& each) {
             return each.name.substr(each.name.rfind('.') + 1) == channel_of_backs;
@@ -148,10 +147,7 @@ protected:
                 fmt::format("{}: has no channel {}, and is the depth image itself; --back-depth needs a file of "
                             "where solids end",
                             file.native(), channel_of_backs));
-        return read_depth(file, {.channel = named == channels.end() ? channel : named->name,
-                                 .packing = job.camera->packing,
-                                 .gamma = job.camera->gamma,
-                                 .overscan = has_overscan(job.windows)});
+        return named == channels.end() ? channel : named->name;
     }
 
     void set_for_input(void* call_of_input, const StoredDepth& stored, const Images& images, const Job& job) override {
@@ -209,16 +205,15 @@ public:
             if (option.kind == description::Kind::result && spelled(option).empty())
                 operation_.set(call_.get(), option, mask_.empty() || option.name == mask_ + "_weight");
         OwnTask::prepare();
-        const std::string extension = format.empty() ? extension_of(output) : format;
         Product& product = outputs.front().product;
         product.layer = "depth";
         product.channels = masks_;
         if (!mask_.empty()) {
             product.channels = {mask_};
             product.png_scale = mask_ == masks_.front() || png_scale ? png_scale : 1.0;
-        } else if (extension != ".exr" && std::ranges::count(product.extensions, extension) > 0) {
+        } else if (extension() != ".exr" && std::ranges::count(product.extensions, extension()) > 0) {
             throw UsageError(fmt::format("{}: a {} holds one mask; choose it with --mask {}, or write .exr", output,
-                                         extension, CLI::detail::join(masks_, "|")));
+                                         extension(), CLI::detail::join(masks_, "|")));
         } else {
             product.extensions = {".exr"};
         }
