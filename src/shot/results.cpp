@@ -139,22 +139,16 @@ std::string device_class(const Device& device) {
 // Opens a log to append to. A file that holds something else is left as it is.
 std::ofstream opened_log(const std::string& file) {
     constexpr std::string_view beginning = R"({"run":)"; // a full disk may have left a part of it
-    bool is_cut = false;                                 // has a full disk left a part of a line?
     if (std::error_code none; std::filesystem::is_regular_file(file, none)) {
         std::string found(beginning.size(), '\0');
         std::ifstream past(file, std::ios::binary);
         past.read(found.data(), static_cast<std::streamsize>(found.size()));
         if (!beginning.starts_with(std::string_view(found).substr(0, static_cast<std::size_t>(past.gcount()))))
             io::refuse(file, "is no log, and is left as it is; choose another file (--log)");
-        past.clear();
-        past.seekg(-1, std::ios::end);
-        is_cut = past && past.get() != '\n';
     }
     std::ofstream log(file, std::ios::binary | std::ios::app);
     if (!log)
         io::refuse_write(file, "the log cannot be written", errno, "choose another file (--log)");
-    if (is_cut)
-        log << '\n';
     return log;
 }
 
