@@ -41,15 +41,6 @@ ImportedCamera named_camera(const std::string& preset) {
     }
 }
 
-bool is_complete(const std::string& preset) {
-    try {
-        preset_file(preset);
-        return true;
-    } catch (const Error&) {
-        return false;
-    }
-}
-
 int cores() {
     return std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
 }
@@ -61,7 +52,7 @@ std::string CameraOption::name() const {
 }
 
 bool CameraOption::of_headers() const {
-    return file.empty() && (preset.empty() || !is_complete(preset));
+    return file.empty() && (preset.empty() || !io::if_any([&] { return preset_file(preset); }));
 }
 
 std::string CameraOption::file_for(const Input& input) const {
@@ -189,11 +180,6 @@ std::string kernels_hash() {
     for (const auto& [name, text] : fathom_kernel_files())
         all.append(name).append(1, '\0').append(text).append(1, '\0');
     return io::digest(all);
-}
-
-std::shared_mutex& vector_widths() {
-    static std::shared_mutex all;
-    return all;
 }
 
 Device DeviceOption::open(std::size_t memory) const {

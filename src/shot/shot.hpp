@@ -159,7 +159,7 @@ struct DeviceOption {
 std::string kernels_hash();
 
 /// Held while a device's vector width is used, and alone while it changes.
-std::shared_mutex& vector_widths();
+inline std::shared_mutex vector_widths;
 
 /// Runs work on a device. Where PoCL's compiler crashes on a kernel, a warning says so, and the work runs again with another vector
 /// width.
@@ -168,13 +168,13 @@ template <typename Action>
 auto at_any_width(const Device& device, const Action& action) {
     for (std::string said;;) {
         try {
-            const std::shared_lock lock(vector_widths());
+            const std::shared_lock lock(vector_widths);
             auto result = action();
             if (!said.empty())
                 complain("warning: " + said);
             return result;
         } catch (const runtime::CompilerCrashed& crashed) {
-            const std::unique_lock lock(vector_widths());
+            const std::unique_lock lock(vector_widths);
             said = runtime::take_another_width(device, crashed);
         }
     }
