@@ -311,8 +311,8 @@ CLI::Validator is_in(const description::Range& range) {
 }
 
 std::string extent(const cv::Rect& data) {
-    return fmt::format("{} × {}{}", data.width, data.height,
-                       data.tl() == cv::Point() ? "" : fmt::format(" from pixel {},{} on", data.x, data.y));
+    return io::described(data.size()) +
+           (data.tl() == cv::Point() ? "" : fmt::format(" from pixel {},{} on", data.x, data.y));
 }
 
 void add_camera_options(CLI::App& app, CameraOption& camera, const std::string& description) {

@@ -305,9 +305,9 @@ private:
                                   : has_plate                      ? "a clean plate is given"
                                                                    : nullptr;
         if (of_one_size)
-            throw Error(fmt::format(
-                "{}: is {} × {}, but its picture is {} × {}; {}, so that both must be of the same size",
-                work.frame.input.native(), depth.width, depth.height, size.width, size.height, of_one_size));
+            io::refuse(work.frame.input,
+                       fmt::format("is {}, but its picture is {}; {}, so that both must be of the same size",
+                                   io::described(depth), io::described(size), of_one_size));
         return size;
     }
 

@@ -132,11 +132,9 @@ Camera camera_of(const CameraFile& file, const Windows& windows, const std::opti
                  int supersampled) {
     const cv::Size size = size_for(file, windows, picture, supersampled), own(file.camera.width, file.camera.height);
     if (supersampled > 1 && !own.empty() && own != size)
-        throw Error(
-            fmt::format("the camera is for {} × {} pixels; --supersampled {} takes one of the frame's {} × {}, or "
-                        "of the results' {} × {}",
-                        own.width, own.height, supersampled, windows.display.width, windows.display.height, size.width,
-                        size.height));
+        throw Error(fmt::format(
+            "the camera is for {} pixels; --supersampled {} takes one of the frame's {}, or of the results' {}",
+            io::described(own), supersampled, io::described(windows.display), io::described(size)));
     Camera camera = camera_for(file, size.width, size.height);
     if (size == windows.display / supersampled)
         camera = fathom::supersampled(camera, supersampled);
@@ -150,10 +148,10 @@ void check_squares(const std::filesystem::path& file, const Windows& windows, in
     const auto& [data, display] = windows;
     for (const int side : {data.x, data.y, data.width, data.height, display.width, display.height})
         if (side % factor != 0)
-            throw Error(fmt::format("{}: has {} × {} pixels from {},{} on, of {} × {} in all; --supersampled {} needs "
-                                    "multiples of {} there",
-                                    file.native(), data.width, data.height, data.x, data.y, display.width,
-                                    display.height, factor, factor));
+            io::refuse(
+                file,
+                fmt::format("has {} pixels from {},{} on, of {} in all; --supersampled {} needs multiples of {} there",
+                            io::described(data.size()), data.x, data.y, io::described(display), factor, factor));
 }
 
 void DeviceOption::prepare(std::size_t memory) const {
