@@ -513,8 +513,10 @@ typedef struct {
     float max_opacity;
     float sky;    // optical depth to the sky along a level ray: infinite, or 0 without any fog
     u32 keep_sky; // all ones to leave the sky as it is
+    float least_bend; // of the inverse depth beside a pixel, of itself, at an edge; infinite: none is looked for
+    float rough_scale, rough_offset; // of a stored value: about its length, or the inverse, up to a factor
 } fog_params;
-PARAMS(fog_params, 88)
+PARAMS(fog_params, 96)
 
 // How many cases of arithmetic are tried, and a divisor that compilers know, see kernels/device/arithmetic.cl.
 CONSTANT(probe_divisor, 65535)

@@ -168,7 +168,7 @@ TEST_CASE("camera program: each depth has the frame of transforms.json that name
     const cv::Mat a = channel(folder / "out/one.exr", "P.X"), b = channel(folder / "out/two.exr", "P.X");
     CHECK(b.at<float>(16, 24) - a.at<float>(16, 24) == 20);
     const Outcome chosen = check_done({"camera", camera, "--image", "two"});
-    CHECK(chosen.out.find("[1.0, 0.0, 0.0, 30.0]") != std::string::npos);
+    CHECK(chosen.out.find("[1.0,0.0,0.0,30.0]") != std::string::npos);
     check_refused({"camera", camera}, 1, "has 2 images; say which with --image: images/one.jpg, images/two.jpg");
 }
 

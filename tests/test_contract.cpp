@@ -455,12 +455,23 @@ long outside(const description::Result& result, const std::vector<float>& values
                    most = greatest_color[static_cast<std::size_t>(channel)];
             if (operation.name == std::string("fog")) {
                 const FogOptions& fog = static_cast<const description::FogCall*>(call)->options;
-                const double alpha =
-                    channels == 4 && fog.alpha == FogAlpha::premultiplied ? 1.0 * scene.color[i + 3] : 1;
-                const double color =
-                    channel == 3 ? 1.0 * scene.color[at] : fog.fog_color[static_cast<std::size_t>(channel)] * alpha;
-                least = std::min(color, 1.0 * scene.color[at]);
-                most = std::max(color, 1.0 * scene.color[at]);
+                const int reach = fog.whole_pixels ? 0 : fog_reach, pixel = static_cast<int>(i) / of_pixel,
+                          x = pixel % scene.camera.width, y = pixel / scene.camera.width;
+                least = INFINITY;
+                most = -INFINITY;
+                for (int row = std::max(y - reach, 0); row <= std::min(y + reach, scene.camera.height - 1); ++row)
+                    for (int column = std::max(x - reach, 0); column <= std::min(x + reach, scene.camera.width - 1);
+                         ++column) {
+                        const auto first = static_cast<std::size_t>(channels * (row * scene.camera.width + column));
+                        const double own = scene.color[first + static_cast<std::size_t>(channel)],
+                                     alpha = channels == 4 && fog.alpha == FogAlpha::premultiplied
+                                                 ? 1.0 * scene.color[first + 3]
+                                                 : 1,
+                                     of_fog =
+                                         channel == 3 ? own : fog.fog_color[static_cast<std::size_t>(channel)] * alpha;
+                        least = std::min({least, own, of_fog});
+                        most = std::max({most, own, of_fog});
+                    }
             }
             const double slack = rounding * std::max(std::abs(least), std::abs(most));
             count += !(value >= least - slack && value <= most + slack) ||

@@ -133,9 +133,10 @@ std::vector<float> fogged(const Device& on, const Picture& given, const View& vi
     return images::floats(fathom::fog(stored_of(on, given.depth, view.camera), color, fog));
 }
 
-// The largest error, in 2^-24 of the larger of the two colours.
-double worst_error(const View& view, const FogOptions& fog, int channels, std::uint32_t seed = 1,
+// The largest error, in 2^-24 of the larger of the two colours, of pixels that show one surface each.
+double worst_error(const View& view, FogOptions fog, int channels, std::uint32_t seed = 1,
                    Arithmetic arithmetic = Arithmetic::automatic) {
+    fog.whole_pixels = true;
     const int width = view.camera.width, height = view.camera.height;
     const Picture given = picture(width, height, channels, seed);
     const Device on = arithmetic == Arithmetic::automatic ? device() : test_device({.arithmetic = arithmetic});
@@ -301,6 +302,70 @@ TEST_CASE("fog: pictures of halves and of integers are those of floats, rounded"
         CHECK(got[0] == (element == Element::f16 ? 0x3c00 : 0xffff));
         CHECK(got[3] == 0);
     }
+}
+
+// A straight edge between two surfaces at every angle, as a picture shows it that has the mean of each pixel, by 32 x 32 samples.
+// Each side's colour and fog are the same all over, so that the truth is the same mean of both sides' foggy colours.
+TEST_CASE("fog: each side of an antialiased edge has its own fog", "[fog]") {
+    constexpr int size = 24, samples = 32;
+    // Two pixels along the nearest of 16 ways may lead to a pixel of which a hundredth is on the other side.
+    constexpr double most_off = 0.005;
+    constexpr float near_z = 2, far_z = 30;
+    const FogOptions fog{.density = 0.1, .fog_color = {0.5, 0.55, 0.6}};
+    View view = view_of(true, size, size, view_matrix(2, 0, 0));
+    std::mt19937 random(5);
+    std::uniform_real_distribution<double> value(0, 1);
+    double worst = 0, worst_whole = 0;
+    for (int round = 0; round < 60; ++round) {
+        INFO(round);
+        const double angle = 6.283185307179586 * value(random), at = value(random) - 0.5;
+        const auto is_near = [&](double x, double y) {
+            return (x - size / 2.0) * std::cos(angle) + (y - size / 2.0) * std::sin(angle) < at;
+        };
+        std::array<double, 3> near{}, far{};
+        for (std::size_t k = 0; k < 3; ++k) {
+            near[k] = 0.3 * value(random);
+            far[k] = 0.5 + 0.5 * value(random);
+        }
+        const bool is_sky = round % 3 == 0;
+        Picture given;
+        std::vector<double> part;
+        for (int y = 0; y < size; ++y)
+            for (int x = 0; x < size; ++x) {
+                int count = 0;
+                for (int i = 0; i < samples * samples; ++i)
+                    count += is_near(x + (i % samples + 0.5) / samples, y + (i / samples + 0.5) / samples);
+                part.push_back(static_cast<double>(count) / (samples * samples));
+                given.depth.push_back(is_near(x + 0.5, y + 0.5) ? near_z : is_sky ? infinity : far_z);
+                for (std::size_t k = 0; k < 3; ++k)
+                    given.color.push_back(static_cast<float>(part.back() * near[k] + (1 - part.back()) * far[k]));
+            }
+        FogOptions whole = fog;
+        whole.whole_pixels = true;
+        const std::vector<float> got = fogged(device(), given, view, 3, fog),
+                                 as_whole = fogged(device(), given, view, 3, whole);
+        for (int y = 2; y < size - 2; ++y)
+            for (int x = 2; x < size - 2; ++x) {
+                const auto i = static_cast<std::size_t>(y * size + x);
+                const double near_fog = share_of(view, fog, x, y, near_z),
+                             far_fog = share_of(view, fog, x, y, is_sky ? infinity : far_z);
+                for (std::size_t k = 0; k < 3; ++k) {
+                    const double exact = part[i] * (near[k] * (1 - near_fog) + fog.fog_color[k] * near_fog) +
+                                         (1 - part[i]) * (far[k] * (1 - far_fog) + fog.fog_color[k] * far_fog);
+                    worst = std::max(worst, std::abs(static_cast<double>(got[3 * i + k]) - exact));
+                    worst_whole = std::max(worst_whole, std::abs(static_cast<double>(as_whole[3 * i + k]) - exact));
+                }
+                bool is_edge = false; // within two pixels
+                for (int j = 0; j < 25; ++j)
+                    is_edge |= given.depth[i + static_cast<std::size_t>((j / 5) * size + j % 5) -
+                                           static_cast<std::size_t>(2 * size + 2)] != given.depth[i];
+                for (std::size_t k = 0; k < 3 && !is_edge; ++k)
+                    CHECK(images::same_bits(got[3 * i + k], as_whole[3 * i + k]));
+            }
+    }
+    std::printf("  an antialiased edge: off by %.4f, as whole pixels by %.4f\n", worst, worst_whole);
+    CHECK(worst <= most_off);
+    CHECK(worst_whole > 10 * most_off);
 }
 
 TEST_CASE("fog: options out of range and images that do not fit are refused by name", "[fog]") {

@@ -104,7 +104,8 @@ TEST_CASE("lens operations: fog through every lens is within fog_error of the cl
                                              .start = along_axis ? 0.75 : 0.0,
                                              .fog_color = {0.5, 0.6, 0.7},
                                              .height_falloff = height ? 0.35 : 0.0,
-                                             .reference_height = 1.5};
+                                             .reference_height = 1.5,
+                                             .whole_pixels = true};
                 std::mt19937 random(11);
                 std::vector<float> depth, color;
                 for (const PixelRay& ray : rays) {

@@ -245,3 +245,45 @@ TEST_CASE("real: averaged depth is as good as unfiltered depth once its edges ar
     CHECK(rms(got) <= most_ssao);
     CHECK(test::same(to_mat(sharpen_edges(stored(unfiltered), color).image), unfiltered.values));
 }
+// The mean of the foggy colours of 36 rays a pixel, and the program's fog over the mean of their colours.
+TEST_CASE("real: fog over an antialiased frame follows both sides of its edges", "[fog][edges][real]") {
+    const fs::path folder = data / "cases" / "renderers";
+    if (!there("cases/renderers"))
+        return;
+    // Where a texture is taken for an edge more is off, and beside corners: of all pixels so many.
+    constexpr double most_off = 0.07;
+    constexpr std::size_t most_beyond = 60; // pixels that are off by more than 0.02; as whole pixels 509
+    const Device device = test_device();
+    const std::vector<float> truth = halves_of(folder / "truth" / "r06.npy");
+    for (const std::string name : {"r06.exr", "r09.exr"}) { // depth of the middle ray, and averaged
+        const DepthFile file = read_depth(folder / "in" / name);
+        cv::Mat rgb;
+        cv::cvtColor(read_picture(folder / "in" / name).color, rgb, cv::COLOR_BGR2RGB);
+        const Image color = to_device(device, rgb);
+        const Camera camera = preset_camera("encoding=view-z,background_from=99,fov_x_deg=61.92751306",
+                                            file.values.cols, file.values.rows);
+        const StoredDepth depth = sharpen_edges({to_device(device, file.values), camera}, color);
+        const auto off = [&](bool whole_pixels) {
+            std::vector<float> got(truth.size());
+            fog(depth, color, {.density = 0.15, .fog_color = {0.5, 0.55, 0.6}, .whole_pixels = whole_pixels})
+                .download(got.data());
+            double largest = 0;
+            std::size_t beyond = 0;
+            for (std::size_t i = 0; i < got.size(); i += 3) {
+                double worst = 0;
+                for (std::size_t k = i; k < i + 3; ++k)
+                    worst = std::max(worst, std::abs(static_cast<double>(got[k] - truth[k])));
+                largest = std::max(largest, worst);
+                beyond += worst > 0.02;
+            }
+            return std::pair{largest, beyond};
+        };
+        const auto [largest, beyond] = off(false);
+        const auto [largest_whole, beyond_whole] = off(true);
+        std::printf("fog over %s: off by %.3f, %zu pixels by more than 0.02 (as whole pixels %.3f, %zu)\n",
+                    name.c_str(), largest, beyond, largest_whole, beyond_whole);
+        CHECK(largest <= most_off);
+        CHECK(beyond <= most_beyond);
+        CHECK(beyond_whole > 5 * most_beyond);
+    }
+}

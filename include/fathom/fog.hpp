@@ -37,6 +37,7 @@ struct FogOptions {
 
     FogSky sky = FogSky::fog;
     FogAlpha alpha = FogAlpha::premultiplied;
+    bool whole_pixels = false; ///< does each pixel of the picture show one surface, as without antialiasing?
 };
 
 /// The result is within this of the exact one for the given view depth, in the larger of the two colours.
@@ -49,10 +50,12 @@ inline constexpr double fog_error = 4 * 0x1p-24;
 ///   f = min(1 − exp(−τ), max_opacity),  result = color · (1 − f) + fog color · f
 /// τ is the integral of the density over the distance along the ray (not over z), from `start` to the surface. It is in closed
 /// form, and exact for small densities and level rays too. Rays of an orthographic camera start at view depth 0.
+/// A pixel at an edge in depth is mixed of two colours if the picture is antialiased: each gets its own side's fog, unless
+/// `whole_pixels` says that no pixel is mixed.
 /// The alpha stays as it is. A pixel with an invalid depth keeps its colour, and so does a value that is not finite. The
 /// background is infinitely far: uniform fog hides it, height fog hides it along level rays and downwards; see `sky`.
 /// Same bits for any vector width, group size and region.
-/// Accuracy: `fog_error`, for floats; `inexact::fog_error` more on a device that is not exact (probe.hpp).
+/// Accuracy: `fog_error`, for floats, of pixels that show one surface; `inexact::fog_error` more on a device that is not exact (probe.hpp).
 /// Throws: std::invalid_argument for options out of range, images that do not fit or share memory, and height fog of a
 /// camera without a view matrix; Error from the device.
 /// Source: Wenzel 2006, "Real-time Atmospheric Effects in Games" (height fog in closed form).
@@ -62,9 +65,12 @@ Image fog(const StoredDepth& stored, const Image& color, const FogOptions& optio
 void fog(const StoredDepth& stored, const Image& color, const Image& result, const FogOptions& options,
          const Launch& launch = {});
 
-/// A pixel depends on nothing around it, and a call takes no memory of its own; see tiles.hpp.
-inline Reach reach(const Tile&, const FogOptions&) {
-    return {};
+/// How far around a pixel with two colours is looked, in pixels.
+inline constexpr int fog_reach = 2;
+
+/// A call takes no memory of its own; see tiles.hpp.
+inline Reach reach(const Tile&, const FogOptions& options) {
+    return options.whole_pixels ? Reach{} : Reach{fog_reach, fog_reach};
 }
 inline std::size_t bytes(const Tile&, const FogOptions&) {
     return 0;

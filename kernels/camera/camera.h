@@ -46,43 +46,48 @@ typedef struct {
     intV background;
 } sampleV;
 
-INLINE sampleV load_stored(__global const STORED* source, const grid_params* grid, uint x, uint y,
-                           const depth_params* p) {
+// The number that is stored, and its bits.
+INLINE floatV load_number(__global const STORED* source, const grid_params* grid, uint x, uint y, const depth_params* p,
+                          uintV* bits) {
     const size_t at = grid->source_offset + (size_t)y * grid->source_stride + x * STORED_PER_PIXEL;
-    sampleV sample;
 #if STORAGE == STORAGE_FLOAT32
-    READ_AHEAD(source + at);
-    sample.value = LOAD(float, source + at);
-    const uintV bits = as_uintV(sample.value);
+    const floatV value = LOAD(float, source + at);
+    *bits = as_uintV(value);
+    return value;
 #elif STORAGE == STORAGE_FLOAT16
-    READ_AHEAD(source + at);
-    const uintV bits = convert_uintV(LOAD(ushort, source + at));
+    *bits = convert_uintV(LOAD(ushort, source + at));
 #if V == 1
-    sample.value = vload_half(at, (__global const half*)source);
+    return vload_half(at, (__global const half*)source);
 #else
-    sample.value = JOIN(vload_half, V)(0, (__global const half*)(source + at));
+    return JOIN(vload_half, V)(0, (__global const half*)(source + at));
 #endif
-#elif STORAGE == STORAGE_UINT8
-    READ_AHEAD(source + at);
-    const uintV bits = convert_uintV(LOAD(uchar, source + at));
-    sample.value = convert_floatV(bits);
+#else
+#if STORAGE == STORAGE_UINT8
+    *bits = convert_uintV(LOAD(uchar, source + at));
 #elif STORAGE == STORAGE_UINT16
-    READ_AHEAD(source + at);
-    const uintV bits = convert_uintV(LOAD(ushort, source + at));
-    sample.value = convert_floatV(bits);
+    *bits = convert_uintV(LOAD(ushort, source + at));
 #elif STORAGE == STORAGE_UINT24
-    READ_AHEAD(source + at);
-    const uintV bits = (LOAD(uint, source + at) >> p->code_shift) & 0xffffffu;
-    sample.value = convert_floatV(bits);
+    *bits = (LOAD(uint, source + at) >> p->code_shift) & 0xffffffu;
 #else
     uint codes[V];
     for (int i = 0; i < V; ++i) {
         __global const uchar* bytes = source + at + 3 * i;
         codes[i] = bytes[0] * p->byte_weights[0] + bytes[1] * p->byte_weights[1] + bytes[2] * p->byte_weights[2];
     }
-    const uintV bits = *(const uint_lanes*)codes;
-    sample.value = convert_floatV(bits);
+    *bits = *(const uint_lanes*)codes;
 #endif
+    return convert_floatV(*bits);
+#endif
+}
+
+INLINE sampleV load_stored(__global const STORED* source, const grid_params* grid, uint x, uint y,
+                           const depth_params* p) {
+#if STORAGE != STORAGE_RGB8
+    READ_AHEAD(source + grid->source_offset + (size_t)y * grid->source_stride + x);
+#endif
+    sampleV sample;
+    uintV bits;
+    sample.value = load_number(source, grid, x, y, p, &bits);
     sample.background = (bits & p->background_mask) == p->background;
     if (p->has_special) { // the same for all pixels: its tests would cost the others a tenth
         sample.value = select(sample.value, (floatV)NAN, (bits & p->missing_mask) == p->missing);

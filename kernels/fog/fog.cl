@@ -5,12 +5,13 @@
 // L is the distance along the ray beyond `start`, and kappa = falloff |up . ray| > 0. Counted from the lower end, every factor
 // is positive and no exponential overflows, whichever way the ray goes. L is infinite for the sky: upwards the quotient
 // is 1 / kappa, level or downwards the fog is complete. Through a lens a step of the ray is one unit long.
+// A pixel at an edge in depth may have two colours, of which each gets its own fog: see two_colors.h.
 // All exponents are powers of two, summed in double (or two floats) where an error of theirs would be one of the density.
 // Closed form: Wenzel 2006, "Real-time Atmospheric Effects in Games".
 // Built for: HEIGHT = 0 1; PREMULTIPLIED = 0 1; START = 0 1
 
 #include "camera/through_lens.h"
-#include "pixels.h"
+#include "fog/two_colors.h"
 #include "store.h"
 
 #ifndef HEIGHT
@@ -41,6 +42,9 @@ INLINE floatV power_quotient(floatV r) {
 
 // A depth that stands for the sky's, so that no sum or product of it is NaN.
 #define FAR 1e30f
+
+// The same where two such depths are multiplied.
+#define FAR_AWAY 1e15f
 
 // Adding this rounds a float to the nearest integer and leaves that in the low bits.
 #define WHOLE 0x1.8p23f
@@ -224,24 +228,147 @@ INLINE void store_elements(floatV value, __global ELEMENT_TYPE* to) {
 #endif
 }
 
+// What pixels are decoded from.
+typedef struct {
+    __global const STORED* source;
+    const grid_params* grid;
+    const depth_params* depth;
+    const ray_params *rays, *centred;
+    const fog_params* fog;
+#if LENS
+    __global const uint* tiles;
+    __global const float* nodes;
+    const lens_params* lens;
+#endif
+} fog_source;
+
+// The fog's part of V pixels: NaN where there is no depth.
+INLINE floatV fog_part(const fog_source* of, uint x, uint y) {
+    const fog_params* const p = of->fog;
+#if LENS
+    const lens_pixelV pixel = lens_pixels(of->source, of->tiles, of->nodes, of->grid, of->depth, of->lens, x, y);
+    const floatV z = pixel.distance, tau = optical_depth(z, pixel.ray.y, p);
+#else
+    const uint px = of->grid->pixel_x + x, py = of->grid->pixel_y + y;
+    const floatV z = view_depth(load_stored(of->source, of->grid, x, y, of->depth), px, py, of->depth, of->rays);
+    const floatV tau = optical_depth(z, px, py, of->centred, p);
+#endif
+    const floatV f = min(one_less_power(tau), p->max_opacity);
+    return select(select(f, (floatV)0.0f, (z == INFINITY) & (intV)(int)p->keep_sky), (floatV)NAN, z != z);
+}
+
+// A length that a stored value means, or its inverse, up to a factor: enough to see an edge, and soon done. What changes with the
+// pixel alone is left out, since it does so as on a plane.
+#define IS_INVERSE (FORM == FORM_RECIPROCAL || FORM == FORM_RECIPROCAL_AFFINE || FORM == FORM_INVERSE_RAY_DISTANCE)
+INLINE floatV rough_length(const fog_source* of, uint x, uint y) {
+    uintV bits;
+    const floatV v = load_number(of->source, of->grid, x, y, of->depth, &bits);
+#if FORM == FORM_RATIONAL || FORM == FORM_EXPONENTIAL
+    const floatV rough = decode_form(v, of->grid->pixel_x + x, of->grid->pixel_y + y, of->depth, of->rays);
+#else
+    const floatV rough = fma((floatV)of->fog->rough_scale, v, (floatV)of->fog->rough_offset);
+#endif
+    return as_floatV(min(as_intV(rough), as_int(FAR_AWAY))); // what is no number is far, too
+}
+
+// Does the inverse depth bend so much from one neighbour over the pixel to the other?
+INLINE intV bends(floatV before, floatV here, floatV after, float least) {
+#if IS_INVERSE
+    return fabs(fma((floatV)-2.0f, here, before + after)) > least * fabs(here);
+#else
+    const floatV both = before * after;
+    return fabs(fma(here, before + after, -2.0f * both)) > least * fabs(both);
+#endif
+}
+
+// Which of V pixels lie at an edge in depth? Outside of the image is what lies at its border.
+INLINE intV at_edge(const fog_source* of, uint x, uint y, uint width) {
+    const float least = of->fog->least_bend;
+    const floatV here = rough_length(of, x, y);
+    const floatV above = rough_length(of, x, y > 0 ? y - 1 : y);
+    const floatV below = rough_length(of, x, y + 1 < of->grid->height ? y + 1 : y);
+    floatV before = here, after = here;
+    if (x == 0 || x + V >= width) {
+        float row[V + 2];
+        *(float_lanes*)(row + 1) = here;
+        row[0] = row[1];
+        row[V + 1] = row[V];
+        before = *(const float_lanes*)row;
+        after = *(const float_lanes*)(row + 2);
+    }
+    if (x > 0)
+        before = rough_length(of, x - 1, y);
+    if (x + V < width)
+        after = rough_length(of, x + 1, y);
+    return bends(before, here, after, least) | bends(above, here, below, least);
+}
+
+// The fog's part of what lies within two pixels of V pixels; outside of the image is what lies at its border.
+INLINE void fog_around(const fog_source* of, uint x, uint y, uint width, float* found) {
+    const bool is_inside = x >= 2 && x + V + 2 <= width;
+    for (int row = 0; row < AROUND; ++row) {
+        const uint at_row = (uint)clamp((int)y + row - 2, 0, (int)of->grid->height - 1);
+        for (int first = 0; first < ROW; first += V) {
+            const int begin = (int)x + min(first, ROW - V) - 2, inside = clamp(begin, 0, (int)width - V);
+            float fog[V];
+            *(float_lanes*)fog = fog_part(of, (uint)inside, at_row);
+            for (int i = 0; i < V; ++i)
+                found[ROW * row + begin + 2 - (int)x + i] = fog[is_inside ? i : clamp(begin + i - inside, 0, V - 1)];
+        }
+    }
+}
+
+// Writes a pixel that has two colours.
+INLINE void lay_over_both(const pixels_around* p, const other_side* of, const fog_params* fog,
+                          __global ELEMENT_TYPE* target, size_t at) {
+    const float rest = 1.0f - of->part, own_fog = p->fog[HERE], other_fog = p->fog[of->other];
+    float here[CHANNELS], one[CHANNELS], other[CHANNELS];
+    color_around(p, HERE, here);
+    color_around(p, of->own, one);
+    color_around(p, of->other, other);
+    float own_alpha = 1.0f, other_alpha = 1.0f;
+    for (int k = CHANNELS - 1; k >= 0; --k) { // alpha first
+        const float own = between(fma(-of->part, other[k], here[k]) / rest, here[k], one[k]);
+        const float beyond = between(fma(-rest, own, here[k]) / of->part, here[k], other[k]);
+        if (k == 3) { // which stays as it is
+#if PREMULTIPLIED
+            own_alpha = own;
+            other_alpha = beyond;
+#endif
+            continue;
+        }
+        const float own_value = fma(own_fog, fog->color[k] * own_alpha, own * (1.0f - own_fog));
+        const float other_value = fma(other_fog, fog->color[k] * other_alpha, beyond * (1.0f - other_fog));
+        const float value = fma(of->part, other_value, rest * own_value);
+        if (fabs(value) < INFINITY)
+            write_element(value, target, at + k);
+    }
+}
+
 KERNEL void fog(__global const STORED* source, __global const ELEMENT_TYPE* color, __global ELEMENT_TYPE* target,
-                  const grid_params grid, const source_params color_source, const depth_params depth,
-                  const ray_params rays, const ray_params centred, const fog_params p LENS_ARGUMENTS) {
+                const grid_params grid, const source_params color_source, const depth_params depth,
+                const ray_params rays, const ray_params centred, const fog_params p LENS_ARGUMENTS) {
     const uint x = first_column(grid.x_begin, grid.x_end);
     const uint y = get_global_id(1);
     if (x >= grid.x_end || y >= grid.height)
         return;
 
+    const fog_source of = {
+        source,
+        &grid,
+        &depth,
+        &rays,
+        &centred,
+        &p
 #if LENS
-    const lens_pixelV pixel = lens_pixels(source, tiles, nodes, &grid, &depth, &lens, x, y);
-    const floatV z = pixel.distance, tau = optical_depth(z, pixel.ray.y, &p);
-#else
-    const uint px = grid.pixel_x + x, py = grid.pixel_y + y;
-    const floatV z = view_depth(load_stored(source, &grid, x, y, &depth), px, py, &depth, &rays);
-    const floatV tau = optical_depth(z, px, py, &centred, &p);
+        ,
+        tiles,
+        nodes,
+        &lens
 #endif
-    floatV f = min(one_less_power(tau), p.max_opacity);
-    f = select(f, (floatV)0.0f, (z != z) | ((z == INFINITY) & (intV)(int)p.keep_sky));
+    };
+    floatV f = fog_part(&of, x, y);
+    f = select(f, (floatV)0.0f, f != f);
 
     __global const ELEMENT_TYPE* from = color + color_source.offset + (size_t)y * color_source.stride + CHANNELS * x;
     __global ELEMENT_TYPE* to = target + grid.target_offset + (size_t)y * grid.target_stride + CHANNELS * x;
@@ -264,4 +391,23 @@ KERNEL void fog(__global const STORED* source, __global const ELEMENT_TYPE* colo
 #endif
         store_elements(select(c, fma(fraction, fog_color, c * (1.0f - fraction)), fogged), to + j * V);
     }
+
+    if (p.least_bend == INFINITY)
+        return;
+    const intV edge = at_edge(&of, x, y, grid.x_end);
+    if (!any_of(edge))
+        return;
+    uint lanes[V];
+    *(uint_lanes*)lanes = as_uintV(edge);
+    float beside[ROW * AROUND];
+    fog_around(&of, x, y, grid.x_end, beside);
+    for (uint i = 0; i < V; ++i)
+        if (lanes[i] != 0) {
+            const pixels_around around = {beside + i, color, color_source.offset, color_source.stride,
+                                          x + i,      y,     grid.x_end,          grid.height};
+            const other_side other = look_around(&around);
+            if (other.part > 0.0f)
+                lay_over_both(&around, &other, &p, target,
+                              grid.target_offset + (size_t)y * grid.target_stride + (size_t)(CHANNELS * (x + i)));
+        }
 }

@@ -426,7 +426,7 @@ Images OperationTask::read(const Job& job) const {
 }
 
 std::vector<std::string> OperationTask::doubts(const Job& job) const {
-    if (!made_of || picture.encoding != ColorEncoding::linear)
+    if (!made_of_picture || picture.encoding != ColorEncoding::linear)
         return {};
     const std::filesystem::path& file = job.companions.front();
     const PictureFormat format =

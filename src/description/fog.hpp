@@ -22,6 +22,10 @@ void describe(const Visitor& v, Options& o) {
     v("sky", o.sky, {"fog", "keep"}, "the background: infinitely far away, or left alone");
     v("alpha", o.alpha, {"premultiplied", "straight"},
       "says whether the picture's alpha is multiplied into its colours. The program knows it from the file");
+    v("whole_pixels", o.whole_pixels, Kind::flag,
+      "each pixel of the picture shows one surface, as without antialiasing. Otherwise one at an edge may show two, of "
+      "which "
+      "each gets its own fog");
 }
 
 struct FogCall {
@@ -61,7 +65,8 @@ void describe(const Visitor& v, Call& call) {
 template <typename Visitor>
 void describe_results(const Visitor& v, FogCall& call, const StoredDepth&) {
     v("result", call.result, true, like(call.color),
-      light("each channel between the picture's and the fog's, which counts times alpha where that is multiplied in"),
+      light("each channel between those of the picture within two pixels and the fog's, which counts times alpha where "
+            "that is multiplied in"),
       "the picture with fog");
 }
 

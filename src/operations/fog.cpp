@@ -25,6 +25,9 @@ using Real = long double;
 // log2 of no density: so far below any other that the kernel makes 0 of it.
 constexpr Real nothing = -1e6L;
 
+// How much the inverse depth bends at an edge, of itself. Less hardly changes the fog.
+constexpr float least_bend = 0.05f;
+
 void check(const StoredDepth& stored, const Image& color, const FogOptions& options) {
     check_stored(stored);
     check_picture(stored, {"color", color}, upsample_to_picture);
@@ -57,8 +60,8 @@ LensAxes rise_of_rays(const Camera& camera, const FogOptions& options) {
     return axes;
 }
 
-params::fog_params fog_parameters(const Camera& camera, const Rays& centred, const FogOptions& options,
-                                  Arithmetic arithmetic) {
+params::fog_params fog_parameters(const Camera& camera, const DepthForm& form, const Rays& centred,
+                                  const FogOptions& options, Arithmetic arithmetic) {
     params::fog_params p{};
     const Real per_ln_2 = std::numbers::log2e_v<Real>, density = options.density * per_ln_2;
     if (options.height_falloff > 0) {
@@ -82,6 +85,12 @@ params::fog_params fog_parameters(const Camera& camera, const Rays& centred, con
     p.max_opacity = static_cast<float>(options.max_opacity);
     p.sky = options.density > 0 ? std::numeric_limits<float>::infinity() : 0;
     p.keep_sky = options.sky == FogSky::keep ? ~params::u32{0} : 0;
+    p.least_bend = options.whole_pixels ? std::numeric_limits<float>::infinity() : least_bend;
+    const bool is_inverse = form.form == Form::reciprocal || form.form == Form::reciprocal_affine ||
+                            form.form == Form::inverse_ray_distance;
+    const Affine& length = is_inverse ? form.denominator : form.numerator;
+    p.rough_scale = static_cast<float>(length[0]);
+    p.rough_offset = static_cast<float>(length[3]);
     return p;
 }
 
@@ -112,7 +121,7 @@ void fog(const StoredDepth& stored, const Image& color, const Image& result, con
                 color, result, grid_parameters(stored, result, 0, width),
                 params::source_params{color.offset(), to_u32(color.row_stride()), to_u32(color.channels())},
                 depth_parameters(form, stored.storage, Background::inf, arithmetic), ray_parameters(rays, arithmetic),
-                ray_parameters(centred, arithmetic), fog_parameters(stored.camera, centred, options, arithmetic));
+                ray_parameters(centred, arithmetic), fog_parameters(stored.camera, form, centred, options, arithmetic));
     launched.done();
 }
 

@@ -59,7 +59,8 @@ void check_event(const Device& device, const cl::Event& event) {
 Launched::Launched(const Device& device, const Launch& launch)
     : device_(device), event_(launch.event), exceptions_(std::uncaught_exceptions()) {
     check_thread();
-    require(!launch.queue || launch.queue == device.queue(),
+    const cl_command_queue own = device.queue(); // which only a device that is open has
+    require(!launch.queue || launch.queue == own,
             "Launch::queue is not the queue of the images' device; leave it null, or make a Device of that queue");
     if (launch.wait.empty())
         return;
