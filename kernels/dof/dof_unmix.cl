@@ -31,8 +31,10 @@ INLINE bool unmix(__global float* planes, __global const ELEMENT_TYPE* color, __
         __global float* pixel = planes + begin + i;
         across_edge way;
         fragments of;
+        float nearer_color[CHANNELS];
         if (gain) {
-            const fragment_parts parts = parts_of_fragment(&e);
+            color_at(color, grid, p, column, row, nearer_color);
+            const fragment_parts parts = parts_of_fragment(&e, nearer_color);
             if (!(parts.moves > 0.0f))
                 continue;
             const float taken = parts.moves + parts.stays;
@@ -42,6 +44,7 @@ INLINE bool unmix(__global float* planes, __global const ELEMENT_TYPE* color, __
                     continue;
                 const edge_at beyond = edge_around(planes, p, x, y);
                 if (beyond.side <= 0 || !find_across(&beyond, &way) || x + way.to_x != column || y + way.to_y != row ||
+                    is_sharp_strand(planes, p, x, y, &beyond, &way) ||
                     !take_apart(planes, color, grid, p, x, y, &beyond, &way, taken, &of))
                     continue;
                 const float joins = parts.moves / taken * of.part, area = pixel[p->areas] + joins;
@@ -53,20 +56,31 @@ INLINE bool unmix(__global float* planes, __global const ELEMENT_TYPE* color, __
             }
             continue;
         }
-        if (e.side <= 0 || !find_across(&e, &way))
+        if (e.side <= 0)
             continue;
-        const edge_at nearer = edge_around(planes, p, column + way.to_x, row + way.to_y);
-        const fragment_parts parts = parts_of_fragment(&nearer);
-        const float taken = parts.moves + parts.stays;
-        if (!take_apart(planes, color, grid, p, column, row, &e, &way, taken, &of))
-            continue;
-        any |= parts.moves > 0.0f;
+        const bool is_found = find_across(&e, &way);
+        float stays = 1.0f; // of what is taken
+        if (is_sharp_strand(planes, p, column, row, &e, is_found ? &way : 0)) {
+            if (!keep_strand(color, grid, p, column, row, &e, &of))
+                continue;
+        } else {
+            if (!is_found)
+                continue;
+            const edge_at nearer = edge_around(planes, p, column + way.to_x, row + way.to_y);
+            color_at(color, grid, p, column + way.to_x, row + way.to_y, nearer_color);
+            const fragment_parts parts = parts_of_fragment(&nearer, nearer_color);
+            const float taken = parts.moves + parts.stays;
+            if (!take_apart(planes, color, grid, p, column, row, &e, &way, taken, &of))
+                continue;
+            any |= parts.moves > 0.0f;
+            stays = parts.stays / taken;
+        }
         for (uint k = 0; k < CHANNELS; ++k)
             pixel[(k + 1) * p->plane] = of.far[k];
         pixel[p->areas] = 1.0f - of.part;
         if (row < (int)p->state_row || (uint)row - p->state_row >= p->state_plane / p->stride)
             continue;
-        const float rest = 1.0f - parts.stays / taken * of.part;
+        const float rest = 1.0f - stays * of.part;
         __global float* laid = state + in_state(p, begin + i);
         laid[0] = rest;
         for (uint k = 0; k < CHANNELS; ++k)

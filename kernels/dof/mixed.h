@@ -3,7 +3,8 @@
 //   C = B + a (F - B),  B one pixel away from the edge, F two pixels beyond it, a the part by least squares
 // The pixel is then two fragments, of area a and 1 - a, whose colours' mean is C. Each lies between C and the colour on its side
 // of the edge, so neither has a colour that no pixel has. Where C is not on the line from B to F, or a is more than a pixel can
-// have whose centre lies beyond the edge, the pixel is taken to have a colour of its own.
+// have whose centre lies beyond the edge, the pixel is taken to have a colour of its own. A sharp surface and a lamp take more,
+// because their light in the farther circle would show: as dashes in place of hair, and as lamps that are too large.
 
 #ifndef FATHOM_MIXED_H
 #define FATHOM_MIXED_H
@@ -22,6 +23,10 @@
 // A foreground whose circle is larger than a pixel by this takes all of its fragment. With a smaller circle it takes a part that
 // grows with the circle's area, since such a blur does not hide that the fragment has moved by a pixel.
 #define MOVES_ALL_PX 7.0f
+#define LEAST_STRAND 0.1f // what a pixel has of a sharp strand: up to this it keeps nothing of it,
+#define MOST_STRAND 0.3f  // from this on all
+#define LAMP 1.0f         // light of which more than a part is moved, since the rest would show in the farther circle,
+#define LAMP_END 4.0f     // and of which all is
 
 INLINE float layer_at(__global const float* planes, const blur_params* p, int column, int row) {
     if (row < 0 || row >= (int)p->rows)
@@ -125,11 +130,21 @@ typedef struct {
     float moves, stays;
 } fragment_parts;
 
-// `nearer` is the edge as that neighbour sees it.
-INLINE fragment_parts parts_of_fragment(const edge_at* nearer) {
+INLINE bool is_sharp(const edge_at* e) { // is the nearer surface?
+    return fabs(e->nearest) < STAYS_PX;
+}
+
+INLINE float is_of_lamp(const float* color) {
+    return rising(max(max(color[0], color[1]), color[2]), LAMP, LAMP_END);
+}
+
+// `nearer` is the edge as that neighbour sees it, which lies there and has this colour.
+INLINE fragment_parts parts_of_fragment(const edge_at* nearer, const float* color) {
     const float circle = fabs(nearer->excess[HERE]), moving = rising(circle, 0.0f, MOVES_ALL_PX);
-    const float moves = nearer->side < 0 ? moving * sqrt(moving) : 0.0f;
-    return (fragment_parts){moves, min(1.0f - rising(circle, 0.0f, STAYS_PX), 1.0f - moves)};
+    const float blurred = rising(circle, 0.0f, STAYS_PX);
+    const float all = max(moving * sqrt(moving), blurred * is_of_lamp(color));
+    const float moves = nearer->side < 0 ? all : 0.0f;
+    return (fragment_parts){moves, min(1.0f - blurred, 1.0f - moves)};
 }
 
 // A pixel that is taken apart: the nearer surface's part of its area, and the colours of either part.
@@ -145,6 +160,20 @@ INLINE bool light_beyond_alpha(const float* color) {
 
 INLINE float between(float value, float one, float other) {
     return min(max(value, min(one, other)), max(one, other));
+}
+
+// The colours of both parts of a pixel, which lie between its own and those on both sides, and whose mean is its own.
+INLINE void split_color(const float* here, const float* near, const float* far, fragments* of) {
+    const float rest = 1.0f - of->part;
+    const bool may_shine = light_beyond_alpha(here) || light_beyond_alpha(far) || light_beyond_alpha(near);
+    for (int k = CHANNELS - 1; k >= 0; --k) { // alpha first
+        of->far[k] = between(fma(-of->part, near[k], here[k]) / rest, here[k], far[k]);
+        if (!may_shine)
+            of->far[k] = min(of->far[k], of->far[CHANNELS - 1]);
+        of->near[k] = between(fma(-rest, of->far[k], here[k]) / of->part, here[k], near[k]);
+        if (!may_shine)
+            of->near[k] = min(of->near[k], of->near[CHANNELS - 1]);
+    }
 }
 
 // Is there anything of a nearer surface? `taken` is what parts its fragment has that leave the pixel.
@@ -171,19 +200,66 @@ INLINE bool take_apart(__global const float* planes, __global const ELEMENT_TYPE
         beside[k] = fma(-part, to_near[k], from_far[k]);
     const float off = product_of(beside, beside);
     of->part = taken * min(part, 1.0f) * blurred * (1.0f - rising(off / length, OFF_LINE, OFF_LINE_END)) *
-               (1.0f - rising(part, MOST_PART, MOST_PART_END));
+               max(1.0f - rising(part, MOST_PART, MOST_PART_END), is_of_lamp(near));
     if (!(of->part > 0.0f))
         return false;
-    const float rest = 1.0f - of->part;
-    const bool may_shine = light_beyond_alpha(here) || light_beyond_alpha(far) || light_beyond_alpha(near);
-    for (int k = CHANNELS - 1; k >= 0; --k) { // alpha first
-        of->far[k] = between(fma(-of->part, near[k], here[k]) / rest, here[k], far[k]);
-        if (!may_shine)
-            of->far[k] = min(of->far[k], of->far[CHANNELS - 1]);
-        of->near[k] = between(fma(-rest, of->far[k], here[k]) / of->part, here[k], near[k]);
-        if (!may_shine)
-            of->near[k] = min(of->near[k], of->near[CHANNELS - 1]);
+    split_color(here, near, far, of);
+    return true;
+}
+
+// Is a sharp nearer surface so narrow, as a strand is, that it does not fill three by three pixels beyond the edge? `way` is null
+// where none leads across.
+INLINE bool is_sharp_strand(__global const float* planes, const blur_params* p, int column, int row, const edge_at* e,
+                            const across_edge* way) {
+    if (!way || !is_sharp(e))
+        return is_sharp(e);
+    const edge_at beyond = edge_around(planes, p, column - way->two_x, row - way->two_y);
+    return !(fabs(beyond.nearest - e->nearest) < way->alike && fabs(beyond.farthest - e->nearest) < way->alike);
+}
+
+// A pixel beside a strand's own: none of these says what a strand alone looks like, and how much of the pixel it covers. So the
+// pixel keeps its colour, on top of the blur, as far as it has something of theirs. Behind it lies the colour of that farther pixel
+// around it which has least of them. Is anything kept?
+INLINE bool keep_strand(__global const ELEMENT_TYPE* color, const grid_params* grid, const blur_params* p, int column,
+                        int row, const edge_at* e, fragments* of) {
+    const float middle = 0.5f * (e->nearest + e->farthest);
+    float here[CHANNELS], strand[CHANNELS], beside[CHANNELS], far[CHANNELS], own[3], off[3], count = 0.0f, length = 0.0f;
+    for (int k = 0; k < CHANNELS; ++k)
+        strand[k] = 0.0f;
+    for (int n = 0; n < 9; ++n)
+        if (e->excess[n] <= middle) {
+            color_at(color, grid, p, column + n % 3 - 1, row + n / 3 - 1, beside);
+            count += 1.0f;
+            for (int k = 0; k < CHANNELS; ++k)
+                strand[k] += beside[k];
+        }
+    for (int k = 0; k < CHANNELS; ++k)
+        strand[k] /= count;
+    for (int n = 0; n < 9; ++n) {
+        if (n == HERE || !(e->excess[n] > middle))
+            continue;
+        color_at(color, grid, p, column + n % 3 - 1, row + n / 3 - 1, beside);
+        for (int k = 0; k < 3; ++k)
+            off[k] = strand[k] - beside[k];
+        const float found = product_of(off, off);
+        if (found > length) {
+            length = found;
+            for (int k = 0; k < CHANNELS; ++k)
+                far[k] = beside[k];
+        }
     }
+    if (!(length > 0.0f && length < INFINITY))
+        return false;
+    color_at(color, grid, p, column, row, here);
+    for (int k = 0; k < 3; ++k) {
+        own[k] = here[k] - far[k];
+        off[k] = strand[k] - far[k];
+    }
+    const float part = product_of(own, off) / length, sharp = 1.0f - rising(fabs(e->nearest), 0.0f, STAYS_PX);
+    of->part = sharp * min(part, 1.0f) * rising(part, LEAST_STRAND, MOST_STRAND);
+    if (!(of->part > 0.0f))
+        return false;
+    split_color(here, strand, far, of);
     return true;
 }
 
