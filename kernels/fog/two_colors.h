@@ -1,10 +1,11 @@
 // Two colours of one pixel. A picture is antialiased, and depth is a point sample: a pixel beside an edge in depth has a part of
 // the surface behind that edge, or before it, which lies in other fog than its own.
-//   C = A + t (B - A),  A one pixel away from the edge, B two pixels beyond it, t the part by least squares
+//   C = A + t (B - A),  A one pixel away from the edge, B one or two pixels beyond it, t the part by least squares
 // The pixel is then two fragments, of area 1 - t and t, whose colours' mean is C. Each lies between C and the colour on its side,
 // so that neither has a colour that no pixel has. Where C is not on the line from A to B, the pixel has one colour.
 // The pixel beyond the edge bounds t: a straight edge that leaves a part u of that pixel to this side leaves this pixel at most
-// (sqrt(1/2) - sqrt(u))^2, which is exact for an edge at 45 degrees. So a texture is seldom taken for an edge.
+// (sqrt(1/2) - sqrt(u))^2, which is exact for an edge at 45 degrees, and less for one along a row or a column. So a texture is
+// seldom taken for an edge. Where the colours on this side are more even than on that one, u says less than t does.
 
 #ifndef FATHOM_TWO_COLORS_H
 #define FATHOM_TWO_COLORS_H
@@ -51,13 +52,25 @@ INLINE int side_of(float fog, float middle) {
 // A pixel's part of the other side of an edge.
 typedef struct {
     float part;
+    float uneven;   // how much the colours of its own side differ, squared, of the distance to the other side's
     int own, other; // pixels whose colours are those of both sides
     int beside;     // the pixel beyond the edge
+    bool along;     // does the edge lie along a row or a column?
 } other_side;
+
+// Squares and products of colours: the same for red first and blue first.
+INLINE float product_of(const float* a, const float* b) {
+    return fma(a[1], b[1], a[0] * b[0] + a[2] * b[2]);
+}
+
+INLINE void difference(const float* a, const float* b, float* of) {
+    for (int k = 0; k < 3; ++k)
+        of[k] = a[k] - b[k];
+}
 
 INLINE other_side look_across(const pixels_around* p, int at, float middle) {
     const int column = at % ROW, row = at / ROW, side = side_of(p->fog[at], middle);
-    other_side found = {0.0f, at, at, at};
+    other_side found = {0.0f, 0.0f, at, at, at, false};
     int across = 0, down = 0; // from the other side to the pixel's own
     for (int n = 0; n < 9; ++n) {
         const int dx = n % 3 - 1, dy = n / 3 - 1;
@@ -81,28 +94,43 @@ INLINE other_side look_across(const pixels_around* p, int at, float middle) {
     if (!is_around(column + one_x, row + one_y) || side_of(p->fog[own], middle) != side || !(is_deep || is_beside))
         return found;
     found.own = own;
-    found.other = is_deep ? at - ROW * two_y - two_x : beside;
-    found.beside = is_beside ? beside : at;
-    float here[CHANNELS], one[CHANNELS], other[CHANNELS], off[3], to_other[3];
+    found.other = found.beside = is_beside ? beside : at;
+    found.along = side_step == 0;
+    float here[CHANNELS], one[CHANNELS], other[CHANNELS], off[3], to_other[3], length = 0.0f, least_off = INFINITY;
     color_around(p, at, here);
     color_around(p, own, one);
-    color_around(p, found.other, other);
-    for (int k = 0; k < 3; ++k) {
-        off[k] = here[k] - one[k];
-        to_other[k] = other[k] - one[k];
+    for (int i = 0; i < 2; ++i) { // that which is nearer to a line with both others
+        if (!(i == 0 ? is_deep : is_beside))
+            continue;
+        const int candidate = i == 0 ? at - ROW * two_y - two_x : beside;
+        color_around(p, candidate, other);
+        difference(here, one, off);
+        difference(other, one, to_other);
+        const float along = product_of(off, to_other), square = product_of(to_other, to_other);
+        if (!(along > 0.0f && square < INFINITY))
+            continue;
+        const float part = along / square;
+        for (int k = 0; k < 3; ++k)
+            off[k] = fma(-part, to_other[k], off[k]);
+        const float beside_line = product_of(off, off) / square;
+        if (!(beside_line < least_off))
+            continue;
+        least_off = beside_line;
+        length = square;
+        found.other = candidate;
+        const float on_line = clamp((OFF_LINE_END - beside_line) / (OFF_LINE_END - OFF_LINE), 0.0f, 1.0f);
+        const float is_part = clamp((MOST_PART_END - part) / (MOST_PART_END - MOST_PART), 0.0f, 1.0f);
+        found.part = min(part, 1.0f) * on_line * is_part;
     }
-    // The same for red first and blue first.
-    const float along = fma(off[1], to_other[1], off[0] * to_other[0] + off[2] * to_other[2]);
-    const float length = fma(to_other[1], to_other[1], to_other[0] * to_other[0] + to_other[2] * to_other[2]);
-    if (!(along > 0.0f && length < INFINITY))
-        return found;
-    const float part = along / length;
-    for (int k = 0; k < 3; ++k)
-        off[k] = fma(-part, to_other[k], off[k]);
-    const float beside_line = fma(off[1], off[1], off[0] * off[0] + off[2] * off[2]) / length;
-    const float on_line = clamp((OFF_LINE_END - beside_line) / (OFF_LINE_END - OFF_LINE), 0.0f, 1.0f);
-    const float is_part = clamp((MOST_PART_END - part) / (MOST_PART_END - MOST_PART), 0.0f, 1.0f);
-    found.part = min(part, 1.0f) * on_line * is_part;
+    for (int way = -1; way <= 1 && least_off < INFINITY; way += 2) { // along the edge, where it is known
+        const int x = one_x - way * one_y, y = one_y + way * one_x;
+        if (!is_around(column + x, row + y))
+            continue;
+        color_around(p, at + ROW * y + x, other);
+        difference(other, one, off);
+        const bool is_own = side_of(p->fog[at + ROW * y + x], middle) == side;
+        found.uneven = max(found.uneven, is_own ? product_of(off, off) / length : 1.0f);
+    }
     return found;
 }
 
@@ -116,11 +144,14 @@ INLINE other_side look_around(const pixels_around* p) {
     }
     const float middle = 0.5f * (least + greatest);
     if (!(greatest - least > LEAST_STEP))
-        return (other_side){0.0f, HERE, HERE, HERE};
+        return (other_side){0.0f, 0.0f, HERE, HERE, HERE, false};
     other_side found = look_across(p, HERE, middle);
     if (found.part > 0.0f && found.beside != HERE) {
-        const float most = max(0.70710678f - sqrt(look_across(p, found.beside, middle).part), 0.0f);
-        found.part = min(found.part, most * most);
+        const other_side beyond = look_across(p, found.beside, middle);
+        if (beyond.uneven <= found.uneven) {
+            const float most = max(0.70710678f - (beyond.along ? 1.41421356f : 1.0f) * sqrt(beyond.part), 0.0f);
+            found.part = min(found.part, most * most);
+        }
     }
     return found;
 }
