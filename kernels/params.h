@@ -504,6 +504,8 @@ typedef struct {
 PARAMS(unmix_params, 4)
 
 // Fog, see kernels/fog/fog.cl. The exponents are those of two.
+// An edge is where the fog's part differs by one part in so many.
+CONSTANT(fog_steps, 64)
 typedef struct {
     wide at_centre[3]; // log2 of the density where the ray starts, over ln 2: affine in (x, y, 1)
     wide per_step[3];  // what one step of the direction adds to it

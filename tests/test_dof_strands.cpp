@@ -50,7 +50,7 @@ TEST_CASE("dof strands: a strand in focus before an even background stays as it 
     constexpr int rounds = 12;
     std::mt19937 random(3);
     std::uniform_real_distribution<double> value(0, 1);
-    for (const auto& [width, most] : {std::pair{0.5, 0.08}, {0.8, 0.05}, {1.2, 0.04}}) {
+    for (const auto& [width, most] : {std::pair{0.5, 0.07}, {0.8, 0.02}, {1.2, 0.012}}) {
         double mean = 0; // of the rms error over what shows some of the strand, in parts of the contrast
         for (int round = 0; round < rounds; ++round) {
             const double angle = 3.141592653589793 * value(random), at = value(random), half = width / 2;
@@ -72,6 +72,37 @@ TEST_CASE("dof strands: a strand in focus before an even background stays as it 
         }
         std::printf("  strands %.1f pixels wide, in focus: off by %.3f of the contrast\n", width, mean);
         CHECK(mean <= most);
+    }
+}
+
+// Before noise nothing tells what of a pixel is a strand's. What it does not cover is blurred as without it: before that was asked
+// for, sharp pixels of the noise stayed beside strands, 0.27 off.
+TEST_CASE("dof strands: a background of noise is blurred beside a strand, too", "[dof]") {
+    constexpr double most = 0.06; // what is behind a strand is guessed
+    const auto is_strand = [](double x, double y) { return std::abs(x + 0.2 * y - size / 2.0 - 9) < 0.5; };
+    Scene scene(is_strand, 4, 100, 1, 0), background(is_strand, 100, 100, 0, 0); // how much the strand covers
+    std::mt19937 random(7);
+    std::uniform_real_distribution<float> value(0.1f, 0.7f);
+    const std::vector<float> covers = scene.color;
+    for (std::size_t i = 0; i < covers.size(); i += 3)
+        for (std::size_t k = i; k < i + 3; ++k) {
+            background.color[k] = k == i ? value(random) : background.color[i];
+            scene.color[k] = covers[k] * 0.8f + (1 - covers[k]) * background.color[k];
+        }
+    for (const Quality quality : {Quality::balanced, Quality::accurate}) {
+        const std::vector<float> result = scene.blurred({20, 80}, quality),
+                                 behind = background.blurred({20, 80}, quality);
+        double sum = 0, count = 0;
+        for (int y = 16; y < size - 16; ++y)
+            for (int x = 16; x < size - 16; ++x) {
+                const auto i = static_cast<std::size_t>(3 * (y * size + x));
+                if (covers[i] == 0 && (covers[i - 3] > 0 || covers[i + 3] > 0)) {
+                    sum += std::pow(static_cast<double>(result[i] - behind[i]), 2);
+                    ++count;
+                }
+            }
+        std::printf("  beside a strand before noise: off by %.3f\n", std::sqrt(sum / count));
+        CHECK(std::sqrt(sum / count) <= most);
     }
 }
 

@@ -44,7 +44,8 @@ INLINE bool unmix(__global float* planes, __global const ELEMENT_TYPE* color, __
                     continue;
                 const edge_at beyond = edge_around(planes, p, x, y);
                 if (beyond.side <= 0 || !find_across(&beyond, &way) || x + way.to_x != column || y + way.to_y != row ||
-                    is_sharp_strand(planes, p, x, y, &beyond, &way) ||
+                    (is_sharp_strand(planes, p, x, y, &beyond, &way) &&
+                     keep_strand(planes, color, grid, p, x, y, &beyond, &of)) ||
                     !take_apart(planes, color, grid, p, x, y, &beyond, &way, taken, &of))
                     continue;
                 const float joins = parts.moves / taken * of.part, area = pixel[p->areas] + joins;
@@ -60,10 +61,8 @@ INLINE bool unmix(__global float* planes, __global const ELEMENT_TYPE* color, __
             continue;
         const bool is_found = find_across(&e, &way);
         float stays = 1.0f; // of what is taken
-        if (is_sharp_strand(planes, p, column, row, &e, is_found ? &way : 0)) {
-            if (!keep_strand(color, grid, p, column, row, &e, &of))
-                continue;
-        } else {
+        if (!is_sharp_strand(planes, p, column, row, &e, is_found ? &way : 0) ||
+            !keep_strand(planes, color, grid, p, column, row, &e, &of)) {
             if (!is_found)
                 continue;
             const edge_at nearer = edge_around(planes, p, column + way.to_x, row + way.to_y);

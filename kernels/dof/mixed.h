@@ -23,8 +23,13 @@
 // A foreground whose circle is larger than a pixel by this takes all of its fragment. With a smaller circle it takes a part that
 // grows with the circle's area, since such a blur does not hide that the fragment has moved by a pixel.
 #define MOVES_ALL_PX 7.0f
-#define LEAST_STRAND 0.1f // what a pixel has of a sharp strand: up to this it keeps nothing of it,
-#define MOST_STRAND 0.3f  // from this on all
+#define LEAST_STRAND 0.05f // what a pixel has of a sharp strand: up to this it keeps nothing of it,
+#define MOST_STRAND 0.15f  // from this on all,
+#define BEYOND_STRAND 1.5f // unless it is so much more than the strand's own pixels have,
+#define BEYOND_STRAND_END 2.5f
+#define PLAIN_STEPS 6     // A background is plain if pixels on eight ways, so many of every second one on each,
+#define PLAIN_PIXELS 1.0f // of which so many at least are of the background alone,
+#define PLAIN 0.01f       // differ by no more, squared, of the way to the strand's colour.
 #define LAMP 1.0f         // light of which more than a part is moved, since the rest would show in the farther circle,
 #define LAMP_END 4.0f     // and of which all is
 
@@ -164,7 +169,7 @@ INLINE float between(float value, float one, float other) {
 
 // The colours of both parts of a pixel, which lie between its own and those on both sides, and whose mean is its own.
 INLINE void split_color(const float* here, const float* near, const float* far, fragments* of) {
-    const float rest = 1.0f - of->part;
+    const float rest = max(1.0f - of->part, 0x1p-20f);
     const bool may_shine = light_beyond_alpha(here) || light_beyond_alpha(far) || light_beyond_alpha(near);
     for (int k = CHANNELS - 1; k >= 0; --k) { // alpha first
         of->far[k] = between(fma(-of->part, near[k], here[k]) / rest, here[k], far[k]);
@@ -199,8 +204,10 @@ INLINE bool take_apart(__global const float* planes, __global const ELEMENT_TYPE
     for (int k = 0; k < 3; ++k)
         beside[k] = fma(-part, to_near[k], from_far[k]);
     const float off = product_of(beside, beside);
+    // A pixel that is brighter than the nearer surface shows a lamp behind it.
+    const float is_lamp = is_of_lamp(near) * rising(fabs(e->nearest), 0.0f, STAYS_PX) * (1.0f - rising(part, 1.0f, 1.25f));
     of->part = taken * min(part, 1.0f) * blurred * (1.0f - rising(off / length, OFF_LINE, OFF_LINE_END)) *
-               max(1.0f - rising(part, MOST_PART, MOST_PART_END), is_of_lamp(near));
+               max(1.0f - rising(part, MOST_PART, MOST_PART_END), is_lamp);
     if (!(of->part > 0.0f))
         return false;
     split_color(here, near, far, of);
@@ -217,46 +224,77 @@ INLINE bool is_sharp_strand(__global const float* planes, const blur_params* p, 
     return !(fabs(beyond.nearest - e->nearest) < way->alike && fabs(beyond.farthest - e->nearest) < way->alike);
 }
 
-// A pixel beside a strand's own: none of these says what a strand alone looks like, and how much of the pixel it covers. So the
-// pixel keeps its colour, on top of the blur, as far as it has something of theirs. Behind it lies the colour of that farther pixel
-// around it which has least of them. Is anything kept?
-INLINE bool keep_strand(__global const ELEMENT_TYPE* color, const grid_params* grid, const blur_params* p, int column,
-                        int row, const edge_at* e, fragments* of) {
+// The mean colour of the farther surface around a pixel, from pixels that no edge is beside. None where there are few, or where they
+// differ by much of the way to another colour.
+INLINE bool find_plain(__global const float* planes, __global const ELEMENT_TYPE* color, const grid_params* grid,
+                       const blur_params* p, int column, int row, const edge_at* e, const float* other, float* plain) {
+    const float alike = max(EDGE_PX, 0.5f * (e->farthest - e->nearest));
+    float least[CHANNELS], most[CHANNELS], count = 0.0f, spread[3], way[3];
+    for (int k = 0; k < CHANNELS; ++k) {
+        least[k] = INFINITY;
+        most[k] = -INFINITY;
+        plain[k] = 0.0f;
+    }
+    for (int n = 0; n < 8 * PLAIN_STEPS; ++n) {
+        const int way_of = n % 8 < 4 ? n % 8 : n % 8 + 1, far = 2 + n / 8 * 2;
+        const int x = column + far * (way_of % 3 - 1), y = row + far * (way_of / 3 - 1);
+        const edge_at beside = edge_around(planes, p, x, y);
+        if (beside.side != 0 || !(fabs(beside.excess[HERE] - e->farthest) < alike))
+            continue;
+        float one[CHANNELS];
+        color_at(color, grid, p, x, y, one);
+        count += 1.0f;
+        for (int k = 0; k < CHANNELS; ++k) {
+            least[k] = min(least[k], one[k]);
+            most[k] = max(most[k], one[k]);
+            plain[k] += one[k];
+        }
+    }
+    if (count < PLAIN_PIXELS)
+        return false;
+    for (int k = 0; k < CHANNELS; ++k) {
+        plain[k] /= count;
+        if (k < 3) {
+            spread[k] = most[k] - least[k];
+            way[k] = other[k] - plain[k];
+        }
+    }
+    return product_of(spread, spread) < PLAIN * product_of(way, way);
+}
+
+// A pixel beside a strand's own: none of these says what a strand alone looks like, and how much of the pixel it covers. Before a
+// plain background the pixel's own colour tells what of it is the strand's. Is there any?
+INLINE bool keep_strand(__global const float* planes, __global const ELEMENT_TYPE* color, const grid_params* grid,
+                        const blur_params* p, int column, int row, const edge_at* e, fragments* of) {
     const float middle = 0.5f * (e->nearest + e->farthest);
-    float here[CHANNELS], strand[CHANNELS], beside[CHANNELS], far[CHANNELS], own[3], off[3], count = 0.0f, length = 0.0f;
+    float here[CHANNELS], strand[CHANNELS], one[CHANNELS], far[CHANNELS], own[3], way[3], count = 0.0f;
     for (int k = 0; k < CHANNELS; ++k)
         strand[k] = 0.0f;
     for (int n = 0; n < 9; ++n)
         if (e->excess[n] <= middle) {
-            color_at(color, grid, p, column + n % 3 - 1, row + n / 3 - 1, beside);
+            color_at(color, grid, p, column + n % 3 - 1, row + n / 3 - 1, one);
             count += 1.0f;
             for (int k = 0; k < CHANNELS; ++k)
-                strand[k] += beside[k];
+                strand[k] += one[k];
         }
     for (int k = 0; k < CHANNELS; ++k)
         strand[k] /= count;
-    for (int n = 0; n < 9; ++n) {
-        if (n == HERE || !(e->excess[n] > middle))
-            continue;
-        color_at(color, grid, p, column + n % 3 - 1, row + n / 3 - 1, beside);
-        for (int k = 0; k < 3; ++k)
-            off[k] = strand[k] - beside[k];
-        const float found = product_of(off, off);
-        if (found > length) {
-            length = found;
-            for (int k = 0; k < CHANNELS; ++k)
-                far[k] = beside[k];
-        }
-    }
-    if (!(length > 0.0f && length < INFINITY))
+    if (!find_plain(planes, color, grid, p, column, row, e, strand, far))
         return false;
     color_at(color, grid, p, column, row, here);
+    const float dark = 1.0f - max(is_of_lamp(here), is_of_lamp(strand)); // a lamp behind is none of the strand's
     for (int k = 0; k < 3; ++k) {
         own[k] = here[k] - far[k];
-        off[k] = strand[k] - far[k];
+        way[k] = strand[k] - far[k];
     }
-    const float part = product_of(own, off) / length, sharp = 1.0f - rising(fabs(e->nearest), 0.0f, STAYS_PX);
-    of->part = sharp * min(part, 1.0f) * rising(part, LEAST_STRAND, MOST_STRAND);
+    const float along = product_of(own, way), length = product_of(way, way), part = along / length;
+    if (!(along > 0.0f && length < INFINITY))
+        return false;
+    for (int k = 0; k < 3; ++k)
+        own[k] = fma(-part, way[k], own[k]);
+    const float off = product_of(own, own) / length, sharp = 1.0f - rising(fabs(e->nearest), 0.0f, STAYS_PX);
+    of->part = dark * sharp * min(part, 1.0f) * rising(part, LEAST_STRAND, MOST_STRAND) *
+               (1.0f - rising(off, OFF_LINE, OFF_LINE_END)) * (1.0f - rising(part, BEYOND_STRAND, BEYOND_STRAND_END));
     if (!(of->part > 0.0f))
         return false;
     split_color(here, strand, far, of);

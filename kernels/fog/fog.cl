@@ -268,7 +268,7 @@ INLINE floatV rough_length(const fog_source* of, uint x, uint y) {
 #else
     const floatV rough = fma((floatV)of->fog->rough_scale, v, (floatV)of->fog->rough_offset);
 #endif
-    return as_floatV(min(as_intV(rough), as_int(FAR_AWAY))); // what is no number is far, too
+    return select((floatV)FAR_AWAY, rough, fabs(rough) < FAR_AWAY); // what is no number is far, too
 }
 
 // Does the inverse depth bend so much from one neighbour over the pixel to the other?

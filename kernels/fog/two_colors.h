@@ -12,14 +12,14 @@
 
 #include "pixels.h"
 
-#define LEAST_STEP 0.015625f // of the fog's part, at an edge
-#define OFF_LINE 0.01f       // squared, of the distance from A to B: up to this a colour lies on the line;
-#define OFF_LINE_END 0.04f   // from this on it does not
-#define MOST_PART 0.5f       // what a straight edge leaves to the surface that does not hold a pixel's centre,
-#define MOST_PART_END 0.8f   // and what no edge does
-#define AROUND 5             // pixels across what is looked at around one
-#define ROW (V + AROUND - 1) // and around V pixels
-#define HERE (2 * ROW + 2)   // the first of these
+#define OFF_LINE 0.01f     // squared, of the distance from A to B: up to this a colour lies on the line;
+#define OFF_LINE_END 0.04f // from this on it does not
+#define MOST_PART 0.5f     // what a straight edge leaves to the surface that does not hold a pixel's centre,
+#define MOST_PART_END 0.8f // and what no edge does
+#define COUNTED (PREMULTIPLIED ? CHANNELS : 3) // channels that add up
+#define AROUND 5                               // pixels across what is looked at around one
+#define ROW (V + AROUND - 1)                   // and around V pixels
+#define HERE (2 * ROW + 2)                     // the first of these
 
 // The fog's part of the pixels around one, in rows of ROW of which 5 count, NaN where there is no depth, and their colours in the
 // image.
@@ -58,13 +58,14 @@ typedef struct {
     bool along;     // does the edge lie along a row or a column?
 } other_side;
 
-// Squares and products of colours: the same for red first and blue first.
+// Squares and products of colours: the same for red first and blue first. A black object before nothing differs from it by alpha.
 INLINE float product_of(const float* a, const float* b) {
-    return fma(a[1], b[1], a[0] * b[0] + a[2] * b[2]);
+    const float product = fma(a[1], b[1], a[0] * b[0] + a[2] * b[2]);
+    return COUNTED == 4 ? fma(a[COUNTED - 1], b[COUNTED - 1], product) : product;
 }
 
 INLINE void difference(const float* a, const float* b, float* of) {
-    for (int k = 0; k < 3; ++k)
+    for (int k = 0; k < COUNTED; ++k)
         of[k] = a[k] - b[k];
 }
 
@@ -96,7 +97,8 @@ INLINE other_side look_across(const pixels_around* p, int at, float middle) {
     found.own = own;
     found.other = found.beside = is_beside ? beside : at;
     found.along = side_step == 0;
-    float here[CHANNELS], one[CHANNELS], other[CHANNELS], off[3], to_other[3], length = 0.0f, least_off = INFINITY;
+    float here[CHANNELS], one[CHANNELS], other[CHANNELS], off[COUNTED], to_other[COUNTED], length = 0.0f,
+                                                                                           least_off = INFINITY;
     color_around(p, at, here);
     color_around(p, own, one);
     for (int i = 0; i < 2; ++i) { // that which is nearer to a line with both others
@@ -110,7 +112,7 @@ INLINE other_side look_across(const pixels_around* p, int at, float middle) {
         if (!(along > 0.0f && square < INFINITY))
             continue;
         const float part = along / square;
-        for (int k = 0; k < 3; ++k)
+        for (int k = 0; k < COUNTED; ++k)
             off[k] = fma(-part, to_other[k], off[k]);
         const float beside_line = product_of(off, off) / square;
         if (!(beside_line < least_off))
@@ -143,7 +145,7 @@ INLINE other_side look_around(const pixels_around* p) {
         greatest = fmax(greatest, fog);
     }
     const float middle = 0.5f * (least + greatest);
-    if (!(greatest - least > LEAST_STEP))
+    if (!((greatest - least) * fog_steps > 1.0f))
         return (other_side){0.0f, 0.0f, HERE, HERE, HERE, false};
     other_side found = look_across(p, HERE, middle);
     if (found.part > 0.0f && found.beside != HERE) {

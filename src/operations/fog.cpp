@@ -25,8 +25,12 @@ using Real = long double;
 // log2 of no density: so far below any other that the kernel makes 0 of it.
 constexpr Real nothing = -1e6L;
 
-// How much the inverse depth bends at an edge, of itself. Less hardly changes the fog.
-constexpr float least_bend = 0.05f;
+// How much the inverse depth bends, of itself, where the fog's part changes by a step: the part is 1 - exp(-D (L - start)), and
+// L times its derivative is largest at a distance of 1/D, or where the fog begins.
+float least_bend(const FogOptions& options) {
+    const double begin = options.density * options.start;
+    return static_cast<float>(1 / (params::fog_steps * (begin < 1 ? std::exp(begin - 1) : begin)));
+}
 
 void check(const StoredDepth& stored, const Image& color, const FogOptions& options) {
     check_stored(stored);
@@ -85,7 +89,7 @@ params::fog_params fog_parameters(const Camera& camera, const DepthForm& form, c
     p.max_opacity = static_cast<float>(options.max_opacity);
     p.sky = options.density > 0 ? std::numeric_limits<float>::infinity() : 0;
     p.keep_sky = options.sky == FogSky::keep ? ~params::u32{0} : 0;
-    p.least_bend = options.whole_pixels ? std::numeric_limits<float>::infinity() : least_bend;
+    p.least_bend = options.whole_pixels ? std::numeric_limits<float>::infinity() : least_bend(options);
     const bool is_inverse = form.form == Form::reciprocal || form.form == Form::reciprocal_affine ||
                             form.form == Form::inverse_ray_distance;
     const Affine& length = is_inverse ? form.denominator : form.numerator;
