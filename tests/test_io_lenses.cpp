@@ -170,10 +170,26 @@ TEST_CASE("lenses: the preset of a panorama takes what its depth counts along", 
     check_says([] { preset_camera("hypersim:fov_x_deg=60,along=ray", 320, 160); }, {"along", "ray-distance"});
 }
 
-TEST_CASE("lenses: depth of a lens that nobody says is told", "[io][lens]") {
+TEST_CASE("lenses: pictures that are not of their lens's shape are told, and depth of a lens that nobody says",
+          "[io][lens]") {
     const auto said = [](const std::string& keys, int width, int height) {
         return key_doubts("{" + keys + "}", width, height);
     };
+    for (const std::string preset :
+         {R"("preset": "habitat-panorama")", R"("encoding": "ray-distance", "lens": {"model": "equirectangular"})"}) {
+        CHECK(said(preset, 320, 160).empty());
+        CHECK(said(preset, 321, 160).empty());
+        REQUIRE(said(preset, 320, 100).size() == 1);
+        CHECK(said(preset, 320, 100).front().find("\"latitude_deg\"") != std::string::npos);
+    }
+    CHECK(said(R"("preset": "habitat-panorama", "lens": {"latitude_deg": [-40, 40]})", 320, 100).empty());
+    CHECK(said(R"("preset": "habitat-panorama", "lens": {"model": "equirectangular", "longitude_deg": [0, 90]})", 320,
+               100)
+              .empty());
+    const std::string face = R"("encoding": "view-z", "lens": {"model": "cube-face"})";
+    CHECK(said(face, 64, 64).empty());
+    REQUIRE(said(face, 160, 90).size() == 1);
+    CHECK(said(face, 160, 90).front().find("not square") != std::string::npos);
     const std::string millimetres =
         R"("encoding": "ray-distance", "intrinsics": {"fx": 13.3, "fy": 13.3, "cx": 240, "cy": 160}, "lens": )";
     CHECK(said(millimetres + R"({"model": "blender-polynomial", "k": [0, -0.02, 0, 0, 0]})", 480, 320).empty());

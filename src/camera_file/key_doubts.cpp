@@ -68,6 +68,22 @@ void doubt_intrinsics(const json& own, bool from_centre, bool per_millimetre, do
                             "\"pixel_origin\": \"centre\""));
 }
 
+void doubt_lens(const json& own, double width, double height, std::vector<std::string>& said) {
+    constexpr double rounding = 0.02; // of a cut to whole pixels
+    if (!(width > 0 && height > 0))
+        return;
+    const auto is = [&](const char* model) { return own.contains("model") && own["model"] == model; };
+    if (is("equirectangular") && !own.contains("longitude_deg") && !own.contains("latitude_deg") &&
+        !near_to(width, 2 * height, rounding))
+        said.push_back(text("\"lens\": ", width, " x ", height,
+                            " pixels are not twice as wide as high, as a picture of all directions is; if a part was "
+                            "cut off, say which one is left (\"latitude_deg\": [LOWEST, HIGHEST], \"longitude_deg\"), "
+                            "and otherwise \"latitude_deg\": [-90, 90]"));
+    if (is("cube-face") && !near_to(width, height, rounding))
+        said.push_back(text("\"lens\": ", width, " x ", height,
+                            " pixels are not square, as a cube's face is; give the face alone, or a \"perspective\""));
+}
+
 } // namespace
 
 std::vector<std::string> key_doubts(const std::string& camera_file, int width, int height) {
@@ -80,7 +96,7 @@ std::vector<std::string> key_doubts(const std::string& camera_file, int width, i
         if (!keys.contains("preset") || keys["preset"] != preset.name)
             continue;
         all = json::parse(preset.keys);
-        io::merge(all, keys);
+        io::merge(all, keys); // the preset's lens may have ends of its own
         if (preset.is_distorted && !keys.contains("lens") && !keys.contains("raw_lens"))
             said.push_back(text("the depth of \"", preset.name,
                                 "\" has the distortion of its lens, and the camera has no \"lens\"; give the "
@@ -89,6 +105,8 @@ std::vector<std::string> key_doubts(const std::string& camera_file, int width, i
     const auto object = [&](const char* key) { return all.contains(key) && all[key].is_object() ? all[key] : json(); };
     if (const json own = object("perspective"); own.is_object())
         doubt_perspective(own, width, height, said);
+    if (const json own = object("lens"); own.is_object())
+        doubt_lens(own, width, height, said);
     if (const json own = object("intrinsics"); own.is_object()) {
         const json& origin = own.contains("pixel_origin") ? own : all;
         const json lens = object("lens");
