@@ -24,8 +24,7 @@ void describe(const Visitor& v, Options& o) {
       "says whether the picture's alpha is multiplied into its colours. The program knows it from the file");
     v("whole_pixels", o.whole_pixels, Kind::flag,
       "each pixel of the picture shows one surface, as without antialiasing. Otherwise one at an edge may show two, of "
-      "which "
-      "each gets its own fog");
+      "which each gets its own fog");
 }
 
 struct FogCall {
