@@ -10,6 +10,7 @@
 #define FATHOM_MIXED_H
 
 #include "dof/tiles.h"
+#include "edge.h"
 #include "pixels.h"
 
 #define EDGE_PX 1.0f       // circles of neighbours differ by more at an edge,
@@ -105,15 +106,10 @@ INLINE bool find_across(const edge_at* e, across_edge* found) {
         across += side * (n % 3 - 1);
         down += side * (n / 3 - 1);
     }
-    const int wide = abs(across), high = abs(down), most = max(wide, high), least = min(wide, high);
-    if (most == 0)
+    if (across == 0 && down == 0)
         return false;
-    // One and two pixels away from the edge, along the nearest of 8 and of 16 directions.
-    const int sign_x = across < 0 ? -1 : across > 0, sign_y = down < 0 ? -1 : down > 0;
-    const bool slants = 12 * least > 5 * most;
-    const int one_x = wide == most || slants ? sign_x : 0, one_y = high == most || slants ? sign_y : 0;
-    const int side_step = 4 * least < most ? 0 : 8 * least < 7 * most ? 1 : 2;
-    const int two_x = sign_x * (wide == most ? 2 : side_step), two_y = sign_y * (high == most ? 2 : side_step);
+    const edge_way way = way_from_edge(across, down);
+    const int one_x = way.one_x, one_y = way.one_y;
     const float alike = max(EDGE_PX, 0.5f * (e->farthest - e->nearest));
     if (!(fabs(e->excess[HERE + one_x + 3 * one_y] - e->farthest) < alike))
         return false;
@@ -122,10 +118,10 @@ INLINE bool find_across(const edge_at* e, across_edge* found) {
     for (int i = 0; !(fabs(e->excess[HERE + to_x + 3 * to_y] - e->nearest) < alike); ++i) {
         if (i == 3)
             return false;
-        to_x = i == 1 ? 0 : -sign_x;
-        to_y = i == 0 ? 0 : -sign_y;
+        to_x = i == 1 ? 0 : -way.sign_x;
+        to_y = i == 0 ? 0 : -way.sign_y;
     }
-    *found = (across_edge){one_x, one_y, two_x, two_y, to_x, to_y, alike};
+    *found = (across_edge){one_x, one_y, way.two_x, way.two_y, to_x, to_y, alike};
     return true;
 }
 
@@ -161,10 +157,6 @@ typedef struct {
 // Does a colour have more light than its alpha lets through, as that of a lamp? Then its parts may, too.
 INLINE bool light_beyond_alpha(const float* color) {
     return CHANNELS == 3 || max(max(color[0], color[1]), color[2]) > color[CHANNELS - 1];
-}
-
-INLINE float between(float value, float one, float other) {
-    return min(max(value, min(one, other)), max(one, other));
 }
 
 // The colours of both parts of a pixel, which lie between its own and those on both sides, and whose mean is its own.

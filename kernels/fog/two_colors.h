@@ -10,6 +10,7 @@
 #ifndef FATHOM_TWO_COLORS_H
 #define FATHOM_TWO_COLORS_H
 
+#include "edge.h"
 #include "pixels.h"
 
 #define OFF_LINE 0.01f     // squared, of the distance from A to B: up to this a colour lies on the line;
@@ -75,19 +76,14 @@ INLINE other_side look_across(const pixels_around* p, int at, float middle) {
     int across = 0, down = 0; // from the other side to the pixel's own
     for (int n = 0; n < 9; ++n) {
         const int dx = n % 3 - 1, dy = n / 3 - 1;
-        const int way = is_around(column + dx, row + dy) ? side * side_of(p->fog[at + ROW * dy + dx], middle) : 0;
-        across += way * dx;
-        down += way * dy;
+        const int towards = is_around(column + dx, row + dy) ? side * side_of(p->fog[at + ROW * dy + dx], middle) : 0;
+        across += towards * dx;
+        down += towards * dy;
     }
-    const int wide = abs(across), high = abs(down), most = max(wide, high), least = min(wide, high);
-    if (most == 0 || side == 0)
+    if ((across == 0 && down == 0) || side == 0)
         return found;
-    // One and two pixels away from the edge, along the nearest of 8 and of 16 directions.
-    const int sign_x = (across > 0) - (across < 0), sign_y = (down > 0) - (down < 0);
-    const bool slants = 12 * least > 5 * most;
-    const int one_x = wide == most || slants ? sign_x : 0, one_y = high == most || slants ? sign_y : 0;
-    const int side_step = 4 * least < most ? 0 : 8 * least < 7 * most ? 1 : 2;
-    const int two_x = sign_x * (wide == most ? 2 : side_step), two_y = sign_y * (high == most ? 2 : side_step);
+    const edge_way way = way_from_edge(across, down);
+    const int one_x = way.one_x, one_y = way.one_y, two_x = way.two_x, two_y = way.two_y;
     const int own = at + ROW * one_y + one_x, beside = at - ROW * one_y - one_x;
     const bool is_deep =
         is_around(column - two_x, row - two_y) && side_of(p->fog[at - ROW * two_y - two_x], middle) == -side;
@@ -96,7 +92,7 @@ INLINE other_side look_across(const pixels_around* p, int at, float middle) {
         return found;
     found.own = own;
     found.other = found.beside = is_beside ? beside : at;
-    found.along = side_step == 0;
+    found.along = way.along;
     float here[CHANNELS], one[CHANNELS], other[CHANNELS], off[COUNTED], to_other[COUNTED], length = 0.0f,
                                                                                            least_off = INFINITY;
     color_around(p, at, here);
@@ -124,8 +120,8 @@ INLINE other_side look_across(const pixels_around* p, int at, float middle) {
         const float is_part = clamp((MOST_PART_END - part) / (MOST_PART_END - MOST_PART), 0.0f, 1.0f);
         found.part = min(part, 1.0f) * on_line * is_part;
     }
-    for (int way = -1; way <= 1 && least_off < INFINITY; way += 2) { // along the edge, where it is known
-        const int x = one_x - way * one_y, y = one_y + way * one_x;
+    for (int turn = -1; turn <= 1 && least_off < INFINITY; turn += 2) { // along the edge, where it is known
+        const int x = one_x - turn * one_y, y = one_y + turn * one_x;
         if (!is_around(column + x, row + y))
             continue;
         color_around(p, at + ROW * y + x, other);
@@ -156,10 +152,6 @@ INLINE other_side look_around(const pixels_around* p) {
         }
     }
     return found;
-}
-
-INLINE float between(float value, float one, float other) {
-    return min(max(value, min(one, other)), max(one, other));
 }
 
 #endif
